@@ -16,7 +16,7 @@ import numpy as np
 from benchmarks import sparse_regression
 from benchmarks.ruler.probabilities import Stated, stated
 from tissue_probe.challenge import simulator
-from tissue_probe.challenge.grading import Diagnosis, Grade, Kind, grade, kind_of
+from tissue_probe.challenge.grading import Grade, GradedDiagnosis, HiddenKind, grade, kind_of
 from tissue_probe.challenge.instrument import FORCE_NOISE
 from tissue_probe.challenge.series import all_show, deal
 from tissue_probe.challenge.simulator import PINK_NOISE, Challenge, Rig, make_challenge
@@ -48,7 +48,7 @@ class Battery:
     Attributes
     ----------
     answers : dict
-        Fields of each ``Answer``.
+        Fields of each ``HiddenTruth``.
     diagnoses, regressions : dict
         Of the suite, and of sparse regression.
     heldout, left_out : list of float
@@ -62,8 +62,8 @@ class Battery:
     """
 
     answers: dict[str, dict[str, Any]] = field(default_factory=dict)
-    diagnoses: dict[str, Diagnosis] = field(default_factory=dict)
-    regressions: dict[str, Diagnosis] = field(default_factory=dict)
+    diagnoses: dict[str, GradedDiagnosis] = field(default_factory=dict)
+    regressions: dict[str, GradedDiagnosis] = field(default_factory=dict)
     heldout: list[float] = field(default_factory=list)
     left_out: list[float] = field(default_factory=list)
     seconds: dict[float, list[float]] = field(default_factory=dict)
@@ -157,7 +157,7 @@ def take(battery: Battery, challenge: Challenge, say: Callable[[str], None]) -> 
         say(f"{_told(sealed)}: no diagnosis: {error}")
         return
     told = answer(found).model_dump()
-    battery.diagnoses[name] = Diagnosis.parse(told)
+    battery.diagnoses[name] = GradedDiagnosis.parse(told)
     if not sealed.absorbed:
         battery.stated.append(_stated(told, sealed.effects))
     battery.seconds.setdefault(DURATIONS[excitation], []).append(found.seconds)
@@ -180,7 +180,7 @@ def _stated(told: Mapping[str, Any], hidden: Sequence[str]) -> Stated:
     return stated(told, models, {each.family for each in known})
 
 
-def _measurement(record: simulator.Measurement, at_rest: bool) -> Measurement:
+def _measurement(record: simulator.SimulatedRecord, at_rest: bool) -> Measurement:
     return Measurement(record.position, record.force, record.sample_period, at_rest)
 
 
@@ -193,16 +193,16 @@ def _diagnose(measured: Measurement, instrument: Instrument) -> diagnosis.Diagno
             return found
 
 
-def is_right(sealed: Mapping[str, Any], said: Diagnosis) -> bool:
+def is_right(sealed: Mapping[str, Any], said: GradedDiagnosis) -> bool:
     """Whether it counts as right for what was hidden, by the strictest mark."""
     marks = grade({"": sealed}, {"": said})
-    if kind_of(sealed) == Kind.none:
+    if kind_of(sealed) == HiddenKind.none:
         return marks.false_alarms.right == 0
     strictest = (marks.first, marks.absorbed, marks.two, marks.unexplained)
     return all(count.right == count.total for count in strictest)
 
 
-def _told(sealed: simulator.Answer) -> str:
+def _told(sealed: simulator.HiddenTruth) -> str:
     """Return what makes the challenge again, and how strong the hidden effects are."""
     hidden = " + ".join(f"{name} ({ratio:.1f})" for name, ratio in sealed.ratios.items())
     kind, preload = sealed.excitation["kind"], 1e3 * sealed.excitation["preload"]

@@ -21,8 +21,8 @@ from scipy.interpolate import make_interp_spline
 from scipy.signal import butter, filtfilt, lfilter
 from threadpoolctl import threadpool_limits
 
-from tissue_probe.challenge.grading import Diagnosis
-from tissue_probe.challenge.simulator import Measurement
+from tissue_probe.challenge.grading import GradedDiagnosis
+from tissue_probe.challenge.simulator import SimulatedRecord
 from tissue_probe.challenge.specimen import Specimen
 from tissue_probe.signals import FloatArray
 
@@ -45,7 +45,7 @@ Columns = dict[str, list[FloatArray]]
 
 
 @threadpool_limits.wrap(limits=1)  # many small systems: threads would only wait for each other
-def diagnose(measured: Measurement) -> Diagnosis:
+def diagnose(measured: SimulatedRecord) -> GradedDiagnosis:
     """Rank effects by how much worse the force balances without their columns."""
     base, target, library = _force_balance(measured)
     names = [name for name, columns in library.items() for _ in columns]
@@ -62,7 +62,7 @@ def diagnose(measured: Measurement) -> Diagnosis:
         name: _left(columns[:, chosen != name], target) for name in dict.fromkeys(chosen.tolist())
     }
     ranking = tuple(sorted(missed, key=lambda name: -missed[name]))
-    return Diagnosis("missing" if ranking else "adequate", ranking, frozenset(), ranking)
+    return GradedDiagnosis("missing" if ranking else "adequate", ranking, frozenset(), ranking)
 
 
 def _support(columns: FloatArray, target: FloatArray) -> BoolArray:
@@ -98,7 +98,7 @@ def _without(base: FloatArray, columns: FloatArray) -> FloatArray:
     return columns - base @ np.linalg.lstsq(base, columns)[0]
 
 
-def _force_balance(measured: Measurement) -> tuple[FloatArray, FloatArray, Columns]:
+def _force_balance(measured: SimulatedRecord) -> tuple[FloatArray, FloatArray, Columns]:
     """Return [x, x'], the tissue's force, and each effect's columns, at every eighth sample."""
     period, low_pass = measured.sample_period, butter(4, 2.0 * CUTOFF * measured.sample_period)
     position, force = (filtfilt(*low_pass, each) for each in (measured.position, measured.force))

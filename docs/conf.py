@@ -32,6 +32,8 @@ html_static_path = ["static"]
 html_css_files = ["site.css"]
 html_copy_source = False
 html_show_sourcelink = False
+# These pages have no further ones beside them.
+html_sidebars = {"docs/questions": [], "docs/gallery": []}
 html_theme_options = {
     "navbar_end": ["theme-switcher"],
     "header_links_before_dropdown": 6,

@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 
 from tissue_probe.challenge.record import follow
-from tissue_probe.challenge.simulator import Measurement, make_challenge
+from tissue_probe.challenge.simulator import SimulatedRecord, make_challenge
 from tissue_probe.recording.bags.samples_bag import write_samples_bag
 from tissue_probe.signals import NANOSECONDS, PalpationSite, Phase, SampleBlock
 
@@ -57,14 +57,14 @@ def triangles() -> np.ndarray:
     return 2e-3 * (1.0 - np.abs(time % 2.0 - 1.0))
 
 
-def moved(name: str, position: np.ndarray, effects: tuple[str, ...], seed: int) -> Measurement:
+def moved(name: str, position: np.ndarray, effects: tuple[str, ...], seed: int) -> SimulatedRecord:
     """Return the recording of a coil that moves so, from rest."""
     time = np.arange(position.size) / RATE
     motion = follow(time, position, name, at_rest=True)
     return make_challenge(seed, effects, motion, "exact").recording
 
 
-def write_table(path: Path, measured: Measurement, every: int = 1) -> None:
+def write_table(path: Path, measured: SimulatedRecord, every: int = 1) -> None:
     """Write time [s], position [m] and force [N], positive in compression."""
     columns = (measured.time, measured.position, measured.force)
     rows = np.column_stack([column[::every] for column in columns])
@@ -72,7 +72,7 @@ def write_table(path: Path, measured: Measurement, every: int = 1) -> None:
     np.savetxt(path, rows, fmt=formats, delimiter=",", header="t,u,F", comments="")
 
 
-def write_export(path: Path, measured: Measurement, every: int) -> None:
+def write_export(path: Path, measured: SimulatedRecord, every: int) -> None:
     """Write as a testing machine does: a preamble, a row of units, decimal commas, tension."""
     lines = ["Specimen;Gelatine 10 %", "Operator;A. Nother", "Date;2026-05-28", ""]
     lines += ["Time;Extension;Load", "(s);(mm);(N)"]

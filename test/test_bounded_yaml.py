@@ -11,7 +11,7 @@ import yaml
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from tissue_probe.bounded_yaml import DEPTH, SIZE, YamlError, parse, read
+from tissue_probe.bounded_yaml import DEPTH, LONGEST_YAML, YamlError, parse, read
 
 plain = st.recursive(
     st.none() | st.booleans() | st.integers(-(2**63), 2**63) | st.floats(allow_nan=False)
@@ -62,7 +62,9 @@ def merges() -> str:
 
 BEYOND = {
     "aliases of lists": (laughs(9), "characters with its aliases written out"),
-    "aliases of a long text": (f"a: &a {SIZE // 8 * 'x'}\nb: {8 * '[*a, '}{8 * ']'}", "aliases"),
+    "aliases of a long text": (
+        f"a: &a {LONGEST_YAML // 8 * 'x'}\nb: {8 * '[*a, '}{8 * ']'}", "aliases"
+    ),
     "merged mappings": (merges(), "characters with its aliases written out"),
     "a list that holds itself": ("a: &a [1, *a]", r"holds itself: \*a \(line 1\)"),
     "a flow nested deeply": ((DEPTH + 1) * "[" + (DEPTH + 1) * "]", "nested more than"),
@@ -70,7 +72,7 @@ BEYOND = {
     "a block nested deeply": (
         "\n".join(n * " " + "a:" for n in range(DEPTH + 1)), "levels deep .line 51"
     ),
-    "too many characters": ((SIZE + 1) * " ", f"more than {SIZE} characters"),
+    "too many characters": ((LONGEST_YAML + 1) * " ", f"more than {LONGEST_YAML} characters"),
     "a number without end": (":".join(100 * ["1"]), "more than 100 digits"),
     "a hexadecimal number without end": ("a: 0x" + 2000 * "f", "more than 100 digits"),
     "a key twice": ("a: 1\nb:\n  c: 2\n  c: 3", r"the key 'c' twice \(line 4\): leave one out"),
@@ -113,9 +115,9 @@ print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before)
 LARGE = {
     "aliases": laughs(7),
     "merges": merges(),
-    "lists": "[" + (SIZE // 3 - 1) * "[]," + "]",
-    "text": f"a: {SIZE * 'x'}",
-    "longer than the bound": 9 * SIZE * "x",
+    "lists": "[" + (LONGEST_YAML // 3 - 1) * "[]," + "]",
+    "text": f"a: {LONGEST_YAML * 'x'}",
+    "longer than the bound": 9 * LONGEST_YAML * "x",
 }
 
 

@@ -27,10 +27,10 @@ Kind = Callable[[str, Any], Any]
 _F = TypeVar("_F", bound=Callable[..., Any])
 
 #: Larger than any quantity; the square of its square is a number still, as a fit takes it.
-LARGEST = 1e75
+LARGEST_NUMBER = 1e75
 
 #: Characters of a value that a sentence repeats: a line of text has about as many.
-SHOWN = 60
+CHARACTERS_SHOWN = 60
 
 
 def checks(**kinds: Kind) -> Callable[[_F], _F]:
@@ -97,7 +97,7 @@ def _shorten_value(given: object) -> str:
             text = str(given) if isinstance(given, os.PathLike) else repr(given)
         except ValueError:  # a whole number of thousands of digits
             text = "a number of too many digits"
-        return text if len(text) <= SHOWN else f"{text[: SHOWN - 3]}..."
+        return text if len(text) <= CHARACTERS_SHOWN else f"{text[: CHARACTERS_SHOWN - 3]}..."
     name = given.__name__ if isinstance(given, type) else type(given).__name__
     return f"of the type {name}" if not isinstance(given, type) else f"the type {name}"
 
@@ -126,7 +126,7 @@ def number(
     wanted += [f"below {below:g}"] if below < math.inf else []
     told = " and ".join([" ".join(wanted[:2]), *wanted[2:]]) + (f" [{unit}]" if unit else "")
     # Exclusive of infinities, and of numbers whose squares are infinite.
-    least, below = max(least, -LARGEST), min(below, LARGEST)
+    least, below = max(least, -LARGEST_NUMBER), min(below, LARGEST_NUMBER)
 
     def take(name: str, given: Any) -> float:
         value = _plain(given)
@@ -136,8 +136,8 @@ def number(
             found = float(value)
         except (OverflowError, ValueError):
             refuse(name, given, told)
-        if abs(found) > LARGEST and math.isfinite(found):
-            refuse(name, given, f"{told}, of an amount up to {LARGEST:g}")
+        if abs(found) > LARGEST_NUMBER and math.isfinite(found):
+            refuse(name, given, f"{told}, of an amount up to {LARGEST_NUMBER:g}")
         if not (least <= found < below and found > above):
             refuse(name, given, told)
         return found

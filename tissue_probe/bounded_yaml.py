@@ -18,13 +18,13 @@ from tissue_probe.errors import TissueProbeError
 
 #: Longest document [characters], as it stands and with its aliases written out: four times a
 #: calibration with a thousand tares, the longest that the suite writes. It is read in a second.
-SIZE = 250_000
+LONGEST_YAML = 250_000
 #: Deepest nesting: the suite's deepest document has five levels, and a function that reads or
 #: prints one goes down by a few of the interpreter's 1000 calls a level.
 DEPTH = 50
 #: Longest whole number [characters]: a stamp in ns has 19, and the time that longer ones take grows
 #: with the square.
-DIGITS = 100
+MOST_DIGITS = 100
 
 
 class YamlError(TissueProbeError):
@@ -42,11 +42,13 @@ def read(path: str | Path) -> Any:
         If it is not YAML, or beyond a bound.
     """
     with Path(path).open("rb") as file:
-        content = file.read(4 * SIZE + 1)  # no more bytes than that many characters may take
+        content = file.read(
+            4 * LONGEST_YAML + 1
+        )  # no more bytes than that many characters may take
     try:
         return parse(content.decode("utf-8-sig"))
     except UnicodeDecodeError as error:
-        if len(content) > 4 * SIZE:  # the cut fell into a character
+        if len(content) > 4 * LONGEST_YAML:  # the cut fell into a character
             raise _too_long() from None
         raise YamlError(f"is not YAML (byte {error.start} is no UTF-8)") from None
 
@@ -59,7 +61,7 @@ def parse(text: str) -> Any:
     YamlError
         If it is not YAML, or beyond a bound.
     """
-    if len(text) > SIZE:
+    if len(text) > LONGEST_YAML:
         raise _too_long()
     try:
         _measure(text)
@@ -75,7 +77,9 @@ def parse(text: str) -> Any:
 
 
 def _too_long() -> YamlError:
-    return YamlError(f"has more than {SIZE} characters, so it is none of this suite's files")
+    return YamlError(
+        f"has more than {LONGEST_YAML} characters, so it is none of this suite's files"
+    )
 
 
 def _where(error: yaml.YAMLError) -> str:
@@ -135,9 +139,10 @@ def _measure(text: str) -> None:
             if length is None:
                 raise YamlError(f"holds itself: *{event.anchor} (line {line}) stands within it")
             levels[-1].length += length
-        if sum(level.length for level in levels) > SIZE:
+        if sum(level.length for level in levels) > LONGEST_YAML:
             raise YamlError(
-                f"has more than {SIZE} characters with its aliases written out (line {line})"
+                f"has more than {LONGEST_YAML} characters with its aliases written out (line "
+                f"{line})"
             )
 
 
@@ -159,9 +164,9 @@ class _Loader(yaml.CSafeLoader):  # type: ignore[misc]  # PyYAML has no types
         yaml.constructor.ConstructorError
             If it is too long.
         """
-        if len(node.value) > DIGITS:
+        if len(node.value) > MOST_DIGITS:
             raise yaml.constructor.ConstructorError(
-                None, None, f"a number has more than {DIGITS} digits", node.start_mark
+                None, None, f"a number has more than {MOST_DIGITS} digits", node.start_mark
             )
         return int(self.construct_yaml_int(node))
 

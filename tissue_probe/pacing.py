@@ -6,7 +6,7 @@ import time
 from collections import deque
 
 #: Wake-ups whose lateness is remembered: those of a second at 2 kHz.
-REMEMBERED = 2000
+WAKE_UPS_REMEMBERED = 2000
 
 
 class Pacer:
@@ -24,12 +24,12 @@ class Pacer:
     worst_lateness : float
         Longest time between a deadline and the wake-up for it since last set to zero [s].
     recent : deque of float
-        The same for each of the latest wake-ups [s], at most ``REMEMBERED``.
+        The same for each of the latest wake-ups [s], at most ``WAKE_UPS_REMEMBERED``.
     """
 
     def __init__(self, period: float) -> None:
         self._period = period
-        self.recent: deque[float] = deque(maxlen=REMEMBERED)
+        self.recent: deque[float] = deque(maxlen=WAKE_UPS_REMEMBERED)
         self.restart()
 
     def restart(self) -> None:

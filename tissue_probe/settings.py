@@ -16,7 +16,7 @@ from tissue_probe.errors import TissueProbeError
 
 Settings = typing.TypeVar("Settings", bound=BaseModel)
 
-_TYPES: dict[typing.Any, str] = {
+_TYPE_WORDS: dict[typing.Any, str] = {
     **{bool: "true or false", int: "a whole number", float: "a number", str: "a text"},
     list[float]: "a list of numbers",
 }
@@ -61,7 +61,7 @@ def rule(field: FieldInfo) -> str:
     """Say in words which values a field takes, such as 'a number from 0.1 to 30 [Hz]'."""
     if typing.get_origin(field.annotation) is typing.Literal:
         return "one of " + ", ".join(map(str, typing.get_args(field.annotation)))
-    kind = _TYPES.get(field.annotation, "a list of texts")
+    kind = _TYPE_WORDS.get(field.annotation, "a list of texts")
     bounds = " and".join(
         f"{word} {value:g}"
         for attribute, word in _BOUNDS.items()

@@ -156,7 +156,7 @@ LAST_STAMP = (2**31 - 86_400) * NANOSECONDS
 #: Last number of a sample: arrays of them hold 64 bits, with sign.
 LAST_SEQUENCE = 2**63 - 1
 #: Farthest place [m] from the origin, along each axis: no robot that carries a probe reaches it.
-REACH = 100.0
+FARTHEST_PLACE = 100.0
 
 
 def sound_block(block: SampleBlock) -> SampleBlock:
@@ -203,10 +203,10 @@ def sound_position(position: tuple[float, float, float]) -> tuple[float, float, 
     Raises
     ------
     ValueError
-        If a coordinate is not finite, or farther away than ``REACH``.
+        If a coordinate is not finite, or farther away than ``FARTHEST_PLACE``.
     """
-    if not all(abs(each) <= REACH for each in position):
-        raise ValueError(f"{position} m is no place within {REACH:g} m of the origin")
+    if not all(abs(each) <= FARTHEST_PLACE for each in position):
+        raise ValueError(f"{position} m is no place within {FARTHEST_PLACE:g} m of the origin")
     return position
 
 

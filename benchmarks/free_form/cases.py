@@ -11,10 +11,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from tissue_probe.challenge.case import Case
-from tissue_probe.challenge.instrument import FORCE_NOISE, SAMPLE_RATE, Instrument
+from tissue_probe.challenge.instrument import CHALLENGE_RATE, FORCE_NOISE, InstrumentErrors
 from tissue_probe.challenge.specimen import Specimen
 from tissue_probe.challenge.strength import SEARCH_RATE
-from tissue_probe.challenge.trajectory import DURATIONS, LINES, Trajectory
+from tissue_probe.challenge.trajectory import DURATIONS, MULTISINE_LINES, Trajectory
 from tissue_probe.signals import FloatArray
 
 #: Excitations in the order of the rows: the last one is a single loop.
@@ -115,11 +115,11 @@ def record(term: str, excitation: str, strength: float, seed: int) -> Record:
     other, amplitude = SECOND[excitation]
     second = _moving(random, other, amplitude)
     truth, change = TERMS.get(term, (frozenset[str](), lambda s, at: {}))
-    case = Case(specimen, Instrument(), first)
+    case = Case(specimen, InstrumentErrors(), first)
     if truth:
         case = replace(case, specimen=_as_strong(case, change, strength))
     another = replace(case, trajectory=second)
-    time = np.arange(case.samples) / SAMPLE_RATE
+    time = np.arange(case.samples) / CHALLENGE_RATE
     return Record(
         *(term, truth, excitation, strength, time, _measured(case, random)),
         _measured(another, random),
@@ -127,7 +127,7 @@ def record(term: str, excitation: str, strength: float, seed: int) -> Record:
 
 
 def _moving(random: np.random.Generator, kind: str, amplitude: float) -> Trajectory:
-    phases = tuple(random.uniform(0.0, 2.0 * np.pi, LINES).tolist())
+    phases = tuple(random.uniform(0.0, 2.0 * np.pi, MULTISINE_LINES).tolist())
     return Trajectory(kind, amplitude, min(DURATIONS[kind], 4.0), phases=phases)
 
 

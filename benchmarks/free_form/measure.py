@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 
 from benchmarks.free_form.cases import EXCITATIONS, STRENGTHS, TERMS, Record, record
-from tissue_probe.challenge.instrument import FORCE_NOISE, SAMPLE_RATE
+from tissue_probe.challenge.instrument import CHALLENGE_RATE, FORCE_NOISE
 from tissue_probe.diagnosis.diagnosis import fit_plainly
 from tissue_probe.diagnosis.fitting.fit import Fit
 from tissue_probe.diagnosis.improvement.ladder import climb_by
@@ -77,7 +77,7 @@ def outcome(term: str, excitation: str, strength: float, seed: int) -> Outcome:
     """Learn the shape of one record."""
     made = record(term, excitation, strength, seed)
     still = excitation != "sine10ss"
-    measured = Measurement(*made.first, 1.0 / SAMPLE_RATE, at_rest=still)
+    measured = Measurement(*made.first, 1.0 / CHALLENGE_RATE, at_rest=still)
     base = fit_plainly(Composition(RIG), [measured], KNOWN)
     begun = time.perf_counter()
     found = found_shape([base], KNOWN)
@@ -114,7 +114,7 @@ def _second(found: FoundShape, base: Fit, made: Record) -> float | None:
         final = climb_by(base.composition, base.measurements, KNOWN, [effect]).final
     except MeasurementError:  # it diverges: the claim is worth nothing
         return float("inf")
-    other = Measurement(*made.second, 1.0 / SAMPLE_RATE, at_rest=True)
+    other = Measurement(*made.second, 1.0 / CHALLENGE_RATE, at_rest=True)
     moved = carry_model(final.composition, final.named(), [other], KNOWN)
     if moved is None:
         return float("inf")

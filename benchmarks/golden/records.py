@@ -20,10 +20,10 @@ from benchmarks.protocols.catalogue import PROTOCOLS
 from benchmarks.protocols.deal import deal
 from benchmarks.ruler.dealt import Record
 from benchmarks.ruler.marks import NAMING, is_right
-from tissue_probe.challenge.grading import Diagnosis
+from tissue_probe.challenge.grading import GradedDiagnosis
 from tissue_probe.challenge.instrument import FORCE_NOISE
 from tissue_probe.challenge.outside import OUTSIDE
-from tissue_probe.challenge.simulator import LIBRARY, Measurement, make_challenge
+from tissue_probe.challenge.simulator import LIBRARY, SimulatedRecord, make_challenge
 from tissue_probe.challenge.trajectory import DURATIONS
 
 Answer = Mapping[str, Any]
@@ -132,9 +132,9 @@ def _challenge(seed: int, effects: tuple[str, ...], excitation: str, rig: str) -
 
 
 def _marked(sealed: Mapping[str, Any], answer: Answer) -> bool:
-    return is_right_for(sealed, Diagnosis.parse(answer))
+    return is_right_for(sealed, GradedDiagnosis.parse(answer))
 
 
-def _record(measured: Measurement) -> Record:
+def _record(measured: SimulatedRecord) -> Record:
     time = measured.sample_period * np.arange(measured.position.size)
     return Record(time, measured.position, measured.force, FORCE_NOISE)

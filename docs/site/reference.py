@@ -93,7 +93,8 @@ def _commands() -> Iterator[str]:
     program = typer.main.get_command(app)
     yield "# Commands and their options\n"
     yield "As `--help` tells them.\n"
-    yield from _command(program, typer.Context(program, info_name="tissue_probe"))
+    context = typer.Context(program, info_name="tissue_probe", **program.context_settings)
+    yield from _command(program, context)
 
 
 def _command(command: Any, context: typer.Context) -> Iterator[str]:
@@ -102,7 +103,7 @@ def _command(command: Any, context: typer.Context) -> Iterator[str]:
     if hasattr(command, "commands"):
         return
     formatter = context.make_formatter()
-    formatter.width = 100
+    formatter.width = 80
     command.format_help(context, formatter)
     yield f"## {context.command_path}\n"
     yield f"```text\n{formatter.getvalue().strip()}\n```\n"

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from tissue_probe.challenge.motion import RATE, move
+from tissue_probe.challenge.motion import MOTION_RATE, move
 from tissue_probe.challenge.specimen import Specimen
 from tissue_probe.challenge.trajectory import Trajectory
 
@@ -13,7 +13,7 @@ ANGULAR = 2.0 * np.pi * 10.0
 PERIOD = 5e-4
 
 
-def vibrate(specimen, preload=0.0, amplitude=AMPLITUDE, rate=RATE):
+def vibrate(specimen, preload=0.0, amplitude=AMPLITUDE, rate=MOTION_RATE):
     """Return u [m] and F [N] of 2 s of an established sine of 10 Hz."""
     coil = Trajectory("sine10ss", amplitude, 2.0, preload=preload, hold=1.0)
     u, _ = coil.sample_motion(rate)
@@ -23,10 +23,10 @@ def vibrate(specimen, preload=0.0, amplitude=AMPLITUDE, rate=RATE):
 def hold(specimen, preload, duration=0.2):
     """Return F [N] of a coil at rest since 5 s."""
     coil = Trajectory("sine10", 0.0, duration, preload=preload, hold=5.0)
-    return move(specimen, coil)[coil.before(RATE) :]
+    return move(specimen, coil)[coil.before(MOTION_RATE) :]
 
 
-def line(signal, frequency=10.0, rate=RATE):
+def line(signal, frequency=10.0, rate=MOTION_RATE):
     """Return the complex amplitude at a frequency, over a whole number of its periods."""
     time = np.arange(signal.size) / rate
     return 2.0 * np.mean(signal * np.exp(-2j * np.pi * frequency * time))

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import pytest
 
-from tissue_probe.challenge.grading import Diagnosis, Kind, grade, kind_of
+from tissue_probe.challenge.grading import GradedDiagnosis, HiddenKind, grade, kind_of
 
 
 def hidden(*effects, absorbed=()):
@@ -14,7 +14,7 @@ def hidden(*effects, absorbed=()):
 
 
 def told(verdict, ranking=(), indistinguishable=(), effects=(), unseen=()):
-    return Diagnosis.parse(
+    return GradedDiagnosis.parse(
         {
             "verdict": verdict,
             "ranking": [{"effect": name, "family": "any"} for name in ranking],
@@ -154,12 +154,12 @@ def test_of_what_kelvin_voigt_absorbs_adequate_is_right():
 @pytest.mark.parametrize(
     ("answer", "kind"),
     [
-        (hidden(), Kind.none),
-        (hidden("mains_hum"), Kind.one),
-        (hidden("force_gain", absorbed=["force_gain"]), Kind.absorbed),
-        (hidden("force_gain", "mains_hum"), Kind.two),
-        (hidden("rate_stiffening"), Kind.outside),
-        (hidden("stuck_samples"), Kind.spoilt),
+        (hidden(), HiddenKind.none),
+        (hidden("mains_hum"), HiddenKind.one),
+        (hidden("force_gain", absorbed=["force_gain"]), HiddenKind.absorbed),
+        (hidden("force_gain", "mains_hum"), HiddenKind.two),
+        (hidden("rate_stiffening"), HiddenKind.outside),
+        (hidden("stuck_samples"), HiddenKind.spoilt),
     ],
 )
 def test_kinds(answer, kind):
@@ -176,4 +176,4 @@ def test_kinds(answer, kind):
 )
 def test_a_diagnosis_of_another_shape_is_refused(wrong):
     with pytest.raises(ValueError, match="verdict, ranking, indistinguishable, effects, unseen"):
-        Diagnosis.parse(wrong)
+        GradedDiagnosis.parse(wrong)

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from tissue_probe.challenge.case import Case
 from tissue_probe.challenge.coil import Coil
-from tissue_probe.challenge.instrument import Instrument
+from tissue_probe.challenge.instrument import InstrumentErrors
 from tissue_probe.challenge.record import follow
 from tissue_probe.challenge.specimen import Specimen
 from tissue_probe.challenge.trajectory import DURATIONS, Trajectory
@@ -22,7 +22,7 @@ FROM_REST = {"sine10": True, "sine10ss": False}  # of the others it is seen
 def case(kind, preload=2e-3):
     coil = Trajectory(kind, 1e-3, DURATIONS[kind], phases=PHASES, coil=Coil(3e-3, 2e-3, 1e-6, 5))
     specimen = Specimen(stiffness=1500.0, damping=5.0)
-    return Case(specimen, Instrument(encoder_step=1e-12), coil).press_in(preload)
+    return Case(specimen, InstrumentErrors(encoder_step=1e-12), coil).press_in(preload)
 
 
 def read(trajectory, rate=2_000, step=1e-7):
@@ -88,7 +88,7 @@ def test_before_a_record_from_rest_the_coil_is_held_where_that_begins():
 
 def test_another_preload_moves_the_whole_motion():
     motion = Trajectory.follow_motion(follow(*read(case("chirp60").trajectory), "chirp60"))
-    other = Case(Specimen(), Instrument(), motion).press_in(motion.preload + 1e-3).trajectory
+    other = Case(Specimen(), InstrumentErrors(), motion).press_in(motion.preload + 1e-3).trajectory
     (u, _), (moved, _) = motion.sample_motion(2_000), other.sample_motion(2_000)
     np.testing.assert_allclose(moved[-8000:], u[-8000:] + 1e-3, atol=1e-12)
 

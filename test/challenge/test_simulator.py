@@ -12,12 +12,12 @@ from tissue_probe.challenge import make_challenge, series
 from tissue_probe.challenge.kelvin_voigt import fit_residual
 from tissue_probe.challenge.record import follow
 from tissue_probe.challenge.series import SHARES, all_show, deal, make_series
-from tissue_probe.challenge.simulator import EFFECTS, LIBRARY, Answer
+from tissue_probe.challenge.simulator import EFFECTS, LIBRARY, HiddenTruth
 from tissue_probe.challenge.specimen import Specimen
 from tissue_probe.challenge.trajectory import DURATIONS
 
 
-def rig_of(answer: Answer) -> Specimen:
+def rig_of(answer: HiddenTruth) -> Specimen:
     numbers = {name: answer.rig[name] for name in ("tip_mass", "load_cell_stiffness")}
     damping = answer.rig["load_cell_damping"]
     return Specimen(**numbers, load_cell_damping=damping, **answer.tissue)

@@ -8,7 +8,7 @@ import pytest
 from tissue_probe.challenge import EFFECTS, make_challenge
 from tissue_probe.challenge.case import Case
 from tissue_probe.challenge.coil import PERFECT
-from tissue_probe.challenge.instrument import Instrument
+from tissue_probe.challenge.instrument import InstrumentErrors
 from tissue_probe.challenge.kelvin_voigt import fit_residual
 from tissue_probe.challenge.specimen import Specimen
 from tissue_probe.challenge.trajectory import DURATIONS, Trajectory
@@ -21,7 +21,7 @@ PHASES = tuple(np.random.default_rng(3).uniform(0.0, 6.28, 60).tolist())
 def test_a_clean_recording_leaves_less_than_a_fiftieth_of_the_noise(kind, stiffness, damping):
     truth = Specimen(stiffness=stiffness, damping=damping)
     coil = Trajectory(kind, 1e-3, DURATIONS[kind], phases=PHASES)
-    case = Case(truth, Instrument(encoder_step=1e-12), coil).press_in(2e-3)
+    case = Case(truth, InstrumentErrors(encoder_step=1e-12), coil).press_in(2e-3)
     position, force = case.measure(np.zeros(case.samples))
     left = fit_residual(position, force, truth._replace(stiffness=500.0, damping=4.0))
     assert np.sqrt(np.mean(left**2)) < 1e-4

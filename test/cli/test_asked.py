@@ -6,17 +6,17 @@ import pytest
 from typer.testing import CliRunner
 
 import tissue_probe as tp
-from tissue_probe.analysis.asked import ITEMS, NAMED
+from tissue_probe.analysis.asked import ITEMS, ITEMS_BY_NAME
 from tissue_probe.analysis.question import Asked, question
 from tissue_probe.cli import app
 from tissue_probe.cli.asked import Asked as Options
 from tissue_probe.errors import ParameterError
 from tissue_probe.workbench.question import Asked as OfPage
-from tissue_probe.workbench.refused import Refused
+from tissue_probe.workbench.refused import RequestRefused
 
 
 def test_python_takes_and_explains_all_that_is_declared():
-    assert set(Asked.__annotations__) == set(NAMED)
+    assert set(Asked.__annotations__) == set(ITEMS_BY_NAME)
     for function in (tp.compare, tp.diagnose, tp.improve, tp.promises):
         shown = inspect.signature(function).parameters
         said = " ".join(inspect.getdoc(function).split())
@@ -44,7 +44,7 @@ def test_the_page_states_all_but_files():
     stated = OfPage().changed({"prior": {"relaxation": ["10", "0"]}, "course": "held"})
     assert (stated.prior, stated.course) == ({"relaxation": 10.0}, "held")
     assert OfPage().changed({"prior": stated.prior}).prior == stated.prior
-    with pytest.raises(Refused, match="`course` is 'bent'"):
+    with pytest.raises(RequestRefused, match="`course` is 'bent'"):
         OfPage().changed({"course": "bent"})
 
 

@@ -348,7 +348,7 @@ def test_a_model_that_fails_on_the_second_recording_is_told(run, recorded, tmp_p
 
 def test_a_verdict_by_a_fit_that_did_not_settle_says_so(run, recorded, tmp_path, monkeypatch):
     added = ("improve", "data.csv", *RESTED, "--add", HIDDEN)
-    monkeypatch.setattr(search, "MOST_STEPS", 1)
+    monkeypatch.setattr(search, "SEARCH_STEPS", 1)
     told = run(*added).out
     assert "(did not settle)" in told
     assert "But the fit of the last model did not settle" in told
@@ -366,7 +366,7 @@ def test_searches_that_did_not_settle_are_marked_in_the_ranking(
     run, recorded, tmp_path, monkeypatch
 ):
     asked = ("diagnose", "data.csv", *RESTED, "--json", "out.json")
-    monkeypatch.setattr(search, "MOST_STEPS", 3)
+    monkeypatch.setattr(search, "SEARCH_STEPS", 3)
     told = run(*asked).out
     ranking = json.loads((tmp_path / "out.json").read_text())["ranking"]
     unsettled = {each["effect"] for each in ranking if not each["converged"]}

@@ -16,7 +16,7 @@ import pytest
 import yaml
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
-from tissue_probe.challenge.grading import Diagnosis
+from tissue_probe.challenge.grading import GradedDiagnosis
 from tissue_probe.devices.calibration import Calibration
 from tissue_probe.diagnosis.answer import Answer
 from tissue_probe.physics.model_file import load
@@ -323,7 +323,7 @@ def test_an_answer_for_programs_is_read():
     jsonschema.validate(ANSWER, schema)
     answer = Answer.model_validate_json(json.dumps(ANSWER))
     assert answer.ranking[0].parameters["coulomb_force"].value == 0.1
-    assert Diagnosis.parse(ANSWER).verdict == "missing"
+    assert GradedDiagnosis.parse(ANSWER).verdict == "missing"
 
 
 def test_what_a_program_of_then_reads_is_still_written():

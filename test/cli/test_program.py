@@ -9,12 +9,13 @@ import sys
 
 import pytest
 
+import tissue_probe as tp
 from tissue_probe import __version__
 from tissue_probe.estimation import ESTIMATORS, EstimatorSettings
 
 COMMANDS = [
     *("demo", "estimate", "estimators", "map", "info", "export", "excitation", "reproduce"),
-    *("compare", "diagnose", "improve", "sensor", "modulus", "workbench"),
+    *("compare", "diagnose", "improve", "effects", "sensor", "modulus", "workbench"),
     *("challenge", "calibrate", "study"),
 ]
 
@@ -152,6 +153,13 @@ def test_wrong_usage_is_told_with_status_2(run, arguments, said):
     assert outcome.status == 2
     assert said in outcome.err
     assert "Traceback" not in outcome.err
+
+
+def test_effects_lists_each_with_its_meaning_in_one_line(run):
+    outcome = run("effects")
+    assert outcome.status == 0
+    lines = [line.split(maxsplit=1) for line in outcome.out.splitlines() if line.startswith("  ")]
+    assert dict(lines) == {each["name"]: each["physics"] for each in tp.effects()}
 
 
 def test_estimators_lists_every_filter_and_setting_with_default_unit_and_meaning(run):

@@ -15,7 +15,7 @@ from tissue_probe.cli.diagnose import tabulate_ranking
 from tissue_probe.diagnosis.advice.separation import Suggestion
 from tissue_probe.diagnosis.diagnosis import Diagnosis
 from tissue_probe.diagnosis.evidence.conclusion import Ladder
-from tissue_probe.diagnosis.evidence.posterior import Posterior
+from tissue_probe.diagnosis.evidence.posterior import ModelPosterior
 from tissue_probe.diagnosis.inspection.finding import Finding
 from tissue_probe.physics.rigs import RIGID_PROBE
 from tissue_probe.quantities import FORCE
@@ -56,7 +56,7 @@ def told(
     asked = base or fit(error=0.03)
     models = rivals or steps[-1:] or (asked,)
     shares = (1.0 / len(models),) * len(models)
-    known = Posterior(asked, models, shares, 0.02)
+    known = ModelPosterior(asked, models, shares, 0.02)
     ladder = Ladder(asked, ranking or steps, steps, models, known, found, family)
     diagnosis = Diagnosis(
         kind, ladder, spoilt, findings, ladder.tied, unseen, suggestion, dict(validated), 1.0

@@ -5,7 +5,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from tissue_probe import pacing
-from tissue_probe.pacing import REMEMBERED, Pacer
+from tissue_probe.pacing import WAKE_UPS_REMEMBERED, Pacer
 
 PERIOD = 5e-4
 
@@ -81,9 +81,9 @@ def test_the_worst_lateness_is_that_of_the_latest_wake_up(delays):
 
 def test_only_the_latest_wake_ups_are_remembered(clock):
     pacer = Pacer(PERIOD)
-    for number in range(REMEMBERED + 10):
+    for number in range(WAKE_UPS_REMEMBERED + 10):
         pacer.wait_for(number)
-    assert len(pacer.recent) == REMEMBERED
+    assert len(pacer.recent) == WAKE_UPS_REMEMBERED
 
 
 def test_a_restart_counts_deadlines_from_now_and_forgets_lateness(clock):

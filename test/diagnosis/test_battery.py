@@ -11,8 +11,8 @@ import pytest
 from hidden import first_of
 
 from tissue_probe.challenge import Challenge, make_challenge
-from tissue_probe.challenge import Measurement as Record
-from tissue_probe.challenge.grading import Diagnosis
+from tissue_probe.challenge import SimulatedRecord as Record
+from tissue_probe.challenge.grading import GradedDiagnosis
 from tissue_probe.challenge.instrument import FORCE_NOISE
 from tissue_probe.challenge.simulator import PINK_NOISE
 from tissue_probe.diagnosis import diagnosis
@@ -64,7 +64,7 @@ def test_a_hidden_effect_is_named_and_explains_a_second_recording(effect, excita
     challenge, instrument = make_challenge(seed, (effect,), excitation), Instrument().exact()
     assert challenge.answer.ratio > 1.2, "the challenge hides nothing to be found"
     found = diagnosed(challenge, instrument)
-    said = Diagnosis.parse(answer(found).model_dump())
+    said = GradedDiagnosis.parse(answer(found).model_dump())
     assert effect in said.claimed, said.ranking[:3]
     base, final = found.ladder.base, found.ladder.final
     assert second_error(challenge, final, instrument) <= 1.1 * FORCE_NOISE

@@ -14,7 +14,7 @@ from tissue_probe.diagnosis.diagnosis import diagnose
 from tissue_probe.diagnosis.observation.chained import NEAR, Chained
 from tissue_probe.diagnosis.observation.instrument import Instrument
 from tissue_probe.diagnosis.observation.measurement import Measurement
-from tissue_probe.diagnosis.observation.motion import Motion
+from tissue_probe.diagnosis.observation.motion import MotionEstimate
 from tissue_probe.physics.composition import Composition
 from tissue_probe.physics.effects import EFFECTS
 
@@ -49,7 +49,7 @@ def test_what_is_new_in_each_sample_is_white_and_of_variance_1(samples, level, s
     rung = np.linalg.inv(rings)
     every = rung @ felt_now @ rung.T + 0.3**2 * np.eye(samples)
     used = random.uniform(size=samples) > (0.2 if gaps else 0.0)
-    chain = Motion(np.zeros(samples), 0.7, calmness).chain()
+    chain = MotionEstimate(np.zeros(samples), 0.7, calmness).chain()
     white = Chained(0.3, chain, taps, 0.1, np.array(memory)).white(np.eye(samples), used)
     used[:NEAR] = used[-NEAR:] = False
     whitened = white @ every @ white.T

@@ -9,7 +9,12 @@ import pytest
 from hidden import EXACT, challenge, library, measurement
 
 from tissue_probe.diagnosis.advice.driver_command import LARGEST, USUAL, coil_gain, driver_command
-from tissue_probe.diagnosis.advice.separation import AMPLITUDE, EXPERIMENTS, Suggestion, suggest
+from tissue_probe.diagnosis.advice.separation import (
+    PROBE_AMPLITUDE,
+    PROBE_EXPERIMENTS,
+    Suggestion,
+    suggest,
+)
 from tissue_probe.diagnosis.ranking.candidates import fit_base, fit_candidates
 from tissue_probe.physics.composition import Composition
 from tissue_probe.physics.effects import EFFECTS
@@ -19,9 +24,9 @@ WAVE = np.sin(2 * np.pi * 10.0 * TIME)
 
 
 def suggestion(number, preload=None):
-    excitation, pressed, duration = EXPERIMENTS[number]
+    excitation, pressed, duration = PROBE_EXPERIMENTS[number]
     pressed = pressed if preload is None else preload
-    return Suggestion({**excitation, "amplitude": AMPLITUDE}, pressed, duration, 1.5)
+    return Suggestion({**excitation, "amplitude": PROBE_AMPLITUDE}, pressed, duration, 1.5)
 
 
 def test_the_volts_come_from_how_far_the_coil_went():

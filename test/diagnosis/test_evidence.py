@@ -24,7 +24,12 @@ from tissue_probe.diagnosis.evidence.adequacy import (
     leaves_only_noise,
 )
 from tissue_probe.diagnosis.evidence.conclusion import conclude_search
-from tissue_probe.diagnosis.evidence.posterior import SECOND, SURE, library_size, posterior
+from tissue_probe.diagnosis.evidence.posterior import (
+    SECOND,
+    SURE_PROBABILITY,
+    library_size,
+    posterior,
+)
 from tissue_probe.diagnosis.observation.instrument import Instrument
 from tissue_probe.diagnosis.observation.measurement import Measurement
 from tissue_probe.diagnosis.ranking.candidates import fit_base
@@ -229,7 +234,7 @@ def test_probabilities_sum_to_one_and_the_set_is_the_smallest_that_is_sure():
     assert sum(told.probabilities) == pytest.approx(1.0)
     assert list(told.probabilities) == sorted(told.probabilities, reverse=True)
     held = sum(told.probabilities[: len(told.likely)])
-    assert held >= SURE > held - told.probabilities[len(told.likely) - 1]
+    assert held >= SURE_PROBABILITY > held - told.probabilities[len(told.likely) - 1]
 
 
 @given(st.floats(-80.0, 80.0))

@@ -11,7 +11,7 @@ from tissue_probe.diagnosis.answer import answer
 from tissue_probe.diagnosis.diagnosis import diagnose
 from tissue_probe.diagnosis.observation.instrument import Instrument
 from tissue_probe.diagnosis.observation.measurement import Measurement
-from tissue_probe.diagnosis.observation.noise import UNKNOWN
+from tissue_probe.diagnosis.observation.noise import UNKNOWN_NOISE
 from tissue_probe.diagnosis.ranking.candidates import fit_base
 from tissue_probe.physics.composition import Composition
 from tissue_probe.physics.effects import EFFECTS
@@ -151,6 +151,6 @@ def test_a_wanted_effect_that_the_rig_cannot_have_is_refused_in_a_sentence(plain
 
 
 def test_a_measurement_for_another_rig_is_refused(plain):
-    swapped = replace(taken(plain, push(TIMES)), noise=UNKNOWN)
+    swapped = replace(taken(plain, push(TIMES)), noise=UNKNOWN_NOISE)
     with pytest.raises(ValueError, match="compliant_probe predicts the force, and the measurement"):
         fit_base(Composition(), [swapped], Instrument())

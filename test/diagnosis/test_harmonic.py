@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 from tissue_probe.analysis.verdict_in_words import verdict
 from tissue_probe.diagnosis.diagnosis import diagnose
 from tissue_probe.diagnosis.ranking.candidates import fit_base, fit_candidates
-from tissue_probe.diagnosis.ranking.harmonic import HIGHEST, better_harmonic
+from tissue_probe.diagnosis.ranking.harmonic import HIGHEST_MULTIPLE, better_harmonic
 from tissue_probe.physics.composition import Composition
 from tissue_probe.physics.effects import EFFECTS
 
@@ -28,7 +28,7 @@ def clean(excitation="sine10"):
 
 @settings(max_examples=15, deadline=None)
 @given(
-    order=st.integers(2, HIGHEST),
+    order=st.integers(2, HIGHEST_MULTIPLE),
     strength=st.floats(1.5, 20.0),
     phase=st.floats(0.0, 2.0 * np.pi),
 )

@@ -13,7 +13,7 @@ from tissue_probe.diagnosis.cleaning import clean_measurements
 from tissue_probe.diagnosis.evidence.adequacy import leaves_only_noise
 from tissue_probe.diagnosis.observation.instrument import Instrument
 from tissue_probe.diagnosis.observation.measurement import Measurement
-from tissue_probe.diagnosis.observation.motion import Felt, motion
+from tissue_probe.diagnosis.observation.motion import MotionInformation, motion
 from tissue_probe.diagnosis.ranking.candidates import fit_base
 from tissue_probe.physics.composition import Composition
 from tissue_probe.physics.rigs import RIGID_PROBE
@@ -119,7 +119,9 @@ def told_by(force, moved, seed, noise=1e-5):
     read = u + noise * random.standard_normal(time.size)
     taps = np.pad([25.0 * RATE, 400.0, -25.0 * RATE], 3)
     felt = np.convolve(u, taps, mode="same") + 1e-3 * random.standard_normal(time.size)
-    return read, Felt(felt + force(time) - np.convolve(read, taps, mode="same"), read, taps, 1e-3)
+    return read, MotionInformation(
+        felt + force(time) - np.convolve(read, taps, mode="same"), read, taps, 1e-3
+    )
 
 
 @pytest.mark.parametrize("moved", MOTIONS)

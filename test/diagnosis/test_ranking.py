@@ -12,7 +12,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from tissue_probe.diagnosis.evidence.posterior import (
-    FORM,
+    FORM_SHARE,
     SECOND,
     evidence,
     library_size,
@@ -136,9 +136,9 @@ def test_an_effect_is_the_one_that_it_contains_where_it_ended_in_that_limit():
     assert told.likely == (simple,)
     # Hertz's law of an exponent that is one but for the error of a form is mere loss of contact.
     hertz, lost = fit("hertz_contact", 0.0), fit("contact_loss", 20.0)
-    hertz.values[-1] = 1.0 + 0.5 * FORM
+    hertz.values[-1] = 1.0 + 0.5 * FORM_SHARE
     assert names(posterior(lacking, [hertz, lost]).likely) == ["contact_loss"]
-    hertz.values[-1] = 1.0 + 2.0 * FORM
+    hertz.values[-1] = 1.0 + 2.0 * FORM_SHARE
     assert names(posterior(lacking, [hertz, lost]).likely) == ["hertz_contact"]
     # Where the simpler one was found badly the larger one remains.
     bad = fit("coulomb_friction", 100.0, 1.2)

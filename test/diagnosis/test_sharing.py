@@ -126,7 +126,7 @@ def test_a_copy_that_is_killed_is_told() -> None:
 
 INTERRUPTED = """
 import os, signal
-from tissue_probe.diagnosis.sharing import mapped
+from tissue_probe.diagnosis.sharing import map_shared
 
 def work(_):
     os.write(1, b"begun ")
@@ -134,7 +134,7 @@ def work(_):
 
 signal.signal(signal.SIGINT, signal.default_int_handler)  # where it was ignored before
 try:
-    mapped(work, [0, 1])
+    map_shared(work, [0, 1])
 except KeyboardInterrupt:
     os.write(1, b"interrupted")
 """

@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from tissue_probe.diagnosis.evidence.adequacy import EVEN
-from tissue_probe.diagnosis.residuals.whiteness import SMALL, colour, unevenness
+from tissue_probe.diagnosis.residuals.whiteness import SMALL_SHARE, colour, unevenness
 
 COUNT = 4000
 
@@ -50,7 +50,7 @@ def test_what_hardly_matters_does_not_count_on_a_long_recording():
     for cosines in (short, long):
         cosines[5] = 7.0
     assert unevenness([short]) > EVEN
-    assert unevenness([long]) < 49.0 / (SMALL * long.size)
+    assert unevenness([long]) < 49.0 / (SMALL_SHARE * long.size)
 
 
 def test_octaves_of_several_recordings_add_up():

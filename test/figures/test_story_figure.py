@@ -8,7 +8,7 @@ import pytest
 from tissue_probe.diagnosis.residuals.localise import localise
 from tissue_probe.figures.compare import Comparison
 from tissue_probe.figures.ladder import Rungs
-from tissue_probe.figures.story import Candidate, draw_story
+from tissue_probe.figures.story import TriedEffect, draw_story
 from tissue_probe.quantities import POSITION
 
 PERIOD, NOISE = 5e-4, 5e-3
@@ -16,9 +16,9 @@ TIME = PERIOD * np.arange(4000)
 MOTION = 1e-3 * np.sin(2 * np.pi * 9.7 * TIME)
 LATE = (TIME > 1.0) & (TIME < 1.3)
 RANKING = (
-    Candidate("cubic_stiffening", 0.012, added=True, tied=True),
-    Candidate("hertz_contact", 0.0122, tied=True),
-    Candidate("coulomb_friction", 0.03),
+    TriedEffect("cubic_stiffening", 0.012, added=True, tied=True),
+    TriedEffect("hertz_contact", 0.0122, tied=True),
+    TriedEffect("coulomb_friction", 0.03),
 )
 RUNGS = Rungs(("Kelvin-Voigt", "+ cubic_stiffening"), (0.043, 0.012), (0.045, 0.012), NOISE)
 ADEQUATE = Rungs(("Kelvin-Voigt",), (NOISE,), (NOISE,), NOISE)
@@ -79,7 +79,7 @@ def test_the_base_is_shown_where_its_error_stands_out_and_the_region_is_marked()
 
 
 def test_where_nothing_stands_out_none_is_marked_and_nothing_is_added():
-    untouched = [Candidate(each.name, NOISE) for each in RANKING]
+    untouched = [TriedEffect(each.name, NOISE) for each in RANKING]
     figure = draw(compared(louder=False), untouched, ADEQUATE)
     assert numbers(panels(figure)["Nothing stands out"]) == []
     assert "3  Nothing is added" in panels(figure)
@@ -132,7 +132,9 @@ def test_the_chosen_effect_has_its_colour_and_those_that_cannot_be_told_apart_ar
 
 
 def test_eight_effects_are_shown_on_a_logarithmic_axis_where_errors_span_much():
-    ranking = [Candidate(f"effect_{n}", error) for n, error in enumerate(np.geomspace(NOISE, 1, 9))]
+    ranking = [
+        TriedEffect(f"effect_{n}", error) for n, error in enumerate(np.geomspace(NOISE, 1, 9))
+    ]
     axes = panels(draw(ranking=ranking))["2  Error left by each effect alone"]
     assert len(bars(axes)) == 8
     assert axes.get_xscale() == "log"
@@ -140,7 +142,7 @@ def test_eight_effects_are_shown_on_a_logarithmic_axis_where_errors_span_much():
 
 @pytest.mark.parametrize("base", [0.045, np.nan, np.inf])
 def test_an_error_that_is_no_number_is_said_in_words(base):
-    ranking = [Candidate("diverging", np.inf), Candidate("untried", np.nan)]
+    ranking = [TriedEffect("diverging", np.inf), TriedEffect("untried", np.nan)]
     rungs = Rungs(RUNGS.models, RUNGS.training, (base, np.inf), NOISE)
     axes = panels(draw(ranking=ranking, rungs=rungs))["2  Error left by each effect alone"]
     assert numbers(axes) == ["diverges", "not known"]
@@ -174,7 +176,7 @@ def test_names_of_any_number_of_steps_stay_apart(count, ranking):
 
 
 def test_long_names_of_effects_stay_apart_and_within_the_picture():
-    ranking = [Candidate("an_effect_of_my_own_with_a_rather_long_name", 0.02)] * 8
+    ranking = [TriedEffect("an_effect_of_my_own_with_a_rather_long_name", 0.02)] * 8
     figure = draw(ranking=ranking)
     labels = panels(figure)["2  Error left by each effect alone"].get_yticklabels()
     assert not overlap(figure, labels)

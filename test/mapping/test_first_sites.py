@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tissue_probe.errors import ParameterError
-from tissue_probe.mapping.exploration.first import COUNT, first_sites
+from tissue_probe.mapping.exploration.first import FIRST_SITES, first_sites
 from tissue_probe.mapping.exploration.places import spread
 from tissue_probe.mapping.polygon import Polygon
 
@@ -15,7 +15,7 @@ SQUARE = Polygon(np.array([(0.0, 0.0), (0.04, 0.0), (0.04, 0.04), (0.0, 0.04)]))
 
 def test_no_place_of_a_square_is_far_from_the_first_sites():
     sites = np.array(first_sites(SQUARE))
-    assert len(sites) == COUNT
+    assert len(sites) == FIRST_SITES
     x, y, _ = spread(SQUARE, 400)
     nearest = np.hypot(x[:, None] - sites[:, 0], y[:, None] - sites[:, 1]).min(axis=1)
     # Of three by three sites in the middles of their parts a corner is 9.4 mm away.

@@ -21,8 +21,8 @@ from tissue_probe.mapping.posterior.outliers import VARIANCES, prior_of, propose
 from tissue_probe.mapping.posterior.prior import (
     FURTHER,
     LOG_CONTRAST,
-    MOST,
-    OVERLAP,
+    MOST_INCLUSIONS,
+    OVERLAP_POWER,
     PARAMETERS,
     X,
     Y,
@@ -55,7 +55,7 @@ def from_prior(rng):
     """Draw inclusions from the prior, each set as likely as it leaves one another room."""
     while True:
         count = rng.geometric(1.0 - FURTHER) - 1
-        rows = np.zeros((MOST, PARAMETERS))
+        rows = np.zeros((MOST_INCLUSIONS, PARAMETERS))
         for row in rows[:count]:
             draw_shape(row)
             row[LOG_CONTRAST] = draw_contrast()
@@ -73,7 +73,7 @@ def room(rows):
                 squared_distance(one, other[X], other[Y]), squared_distance(other, one[X], one[Y])
             )
             both = np.exp(one[2]) + np.exp(other[2])
-            share *= min(apart / both, 1.0) ** OVERLAP if inside >= 1.0 else 0.0
+            share *= min(apart / both, 1.0) ** OVERLAP_POWER if inside >= 1.0 else 0.0
     return share
 
 
@@ -136,7 +136,9 @@ def test_each_kind_of_move_alone_gives_the_prior_back(name, other_draws):
 
 def test_the_level_alone_gives_its_prior_back():
     weight = np.log(np.linspace(1.0, 3.0, BACKGROUND.log_weight.size))
-    state = begin_state(np.zeros((MOST, PARAMETERS)), 0, NO_OUTLIER, Q, np.zeros(SX.size), REGION)
+    state = begin_state(
+        np.zeros((MOST_INCLUSIONS, PARAMETERS)), 0, NO_OUTLIER, Q, np.zeros(SX.size), REGION
+    )
     scratch = scratch_for(SX.size)
     seeded(4)
     level, times = 0, np.zeros(weight.size)
@@ -154,7 +156,7 @@ def test_the_level_alone_gives_its_prior_back():
 def test_outliers_alone_give_their_prior_back(share, mean, variance):
     n = SX.size
     kinds = NO_OUTLIER.copy()
-    state = begin_state(np.zeros((MOST, PARAMETERS)), 0, kinds, Q, np.zeros(n), REGION)
+    state = begin_state(np.zeros((MOST_INCLUSIONS, PARAMETERS)), 0, kinds, Q, np.zeros(n), REGION)
     seeded(5)
     counts, each = np.zeros(60_000), np.zeros(VARIANCES.size)
     for i in range(counts.size):
@@ -174,7 +176,7 @@ def test_no_site_is_an_outlier_where_none_is_stated():
     kinds = NO_OUTLIER.copy()
     y = np.where(np.arange(SX.size) == 12, 1.0, 0.0)
     exact = Background.of(SX, SY, None, np.full(SX.size, 0.02)).precision[0]
-    state = begin_state(np.zeros((MOST, PARAMETERS)), 0, kinds, exact, y, REGION)
+    state = begin_state(np.zeros((MOST_INCLUSIONS, PARAMETERS)), 0, kinds, exact, y, REGION)
     for _ in range(100):
         propose_errors(state, 1.0, prior_of(0.0))
     assert not kinds.any()
@@ -185,7 +187,7 @@ def test_precision_residuals_and_determinant_are_those_of_the_outliers():
     kinds, y = NO_OUTLIER.copy(), 0.05 * rng.standard_normal(SX.size)
     background = Background.of(SX, SY, None, np.full(SX.size, 0.02))
     exact = background.precision[0]
-    state = begin_state(np.zeros((MOST, PARAMETERS)), 0, kinds, exact, y, REGION)
+    state = begin_state(np.zeros((MOST_INCLUSIONS, PARAMETERS)), 0, kinds, exact, y, REGION)
     seeded(6)
     for _ in range(300):
         propose_errors(state, 0.3, prior_of(0.3))

@@ -9,7 +9,7 @@ from tissue_probe.errors import ParameterError
 from tissue_probe.mapping.exploration.choice import Travel, next_sites
 from tissue_probe.mapping.polygon import Polygon
 from tissue_probe.mapping.posterior.felt_surface import sums_at
-from tissue_probe.mapping.posterior.prior import MOST, PARAMETERS
+from tissue_probe.mapping.posterior.prior import MOST_INCLUSIONS, PARAMETERS
 from tissue_probe.mapping.posterior.sampled import Sampled
 from tissue_probe.mapping.sites import Sites
 
@@ -177,7 +177,7 @@ def test_an_area_that_is_all_no_go_is_refused():
 def test_soft_inclusions_that_overlap_between_sites_leave_some_stiffness():
     """Two that each take 70 % would take more than all: no place has a negative stiffness."""
     soft = [0.0, 0.0, np.log(5.0), np.log(0.3), np.log(2.0), 0.0, 0.0]
-    rows = np.zeros((1, MOST, PARAMETERS))
+    rows = np.zeros((1, MOST_INCLUSIONS, PARAMETERS))
     rows[0, :2] = soft
     x = np.linspace(-10.0, 10.0, 21)
     left = sums_at(rows, np.array([2]), x, 0.0 * x)[0]

@@ -14,9 +14,9 @@ from rclpy.serialization import deserialize_message, serialize_message
 
 from tissue_probe.nodes import conversions
 from tissue_probe.signals import (
+    FARTHEST_PLACE,
     LAST_SEQUENCE,
     LAST_STAMP,
-    REACH,
     FloatArray,
     Leaving,
     PalpationSite,
@@ -54,7 +54,7 @@ def test_samples_come_back_bit_for_bit(stamp, sequence, samples: FloatArray):
 @given(
     stamp=stamps,
     site=st.integers(0, 2**32 - 1),
-    position=st.tuples(*[st.floats(-REACH, REACH)] * 3),
+    position=st.tuples(*[st.floats(-FARTHEST_PLACE, FARTHEST_PLACE)] * 3),
     phase=st.sampled_from(list(Phase)),
     leaving=st.sampled_from(list(Leaving)),
 )
@@ -69,7 +69,7 @@ def test_a_phase_that_does_not_exist_is_refused():
         conversions.site_from_message(PalpationSiteMessage(phase=99))
 
 
-@pytest.mark.parametrize("wrong", [math.nan, math.inf, -1e300, 2 * REACH])
+@pytest.mark.parametrize("wrong", [math.nan, math.inf, -1e300, 2 * FARTHEST_PLACE])
 def test_a_place_that_no_robot_reaches_is_refused(wrong):
     site, pose = PalpationSiteMessage(), PoseStamped()
     site.position.y = pose.pose.position.y = wrong

@@ -9,7 +9,7 @@ import rclpy
 
 from tissue_probe.devices.limits import Limits
 from tissue_probe.diagnosis.advice.driver_command import DRIVER, LARGEST, USUAL, driver_command
-from tissue_probe.diagnosis.advice.separation import AMPLITUDE, EXPERIMENTS, Suggestion
+from tissue_probe.diagnosis.advice.separation import PROBE_AMPLITUDE, PROBE_EXPERIMENTS, Suggestion
 from tissue_probe.nodes.driver import ExcitationSettings
 from tissue_probe.nodes.parameters import declare, read
 
@@ -33,11 +33,11 @@ def declared():
     rclpy.try_shutdown()
 
 
-@pytest.mark.parametrize("experiment", EXPERIMENTS, ids=str)
+@pytest.mark.parametrize("experiment", PROBE_EXPERIMENTS, ids=str)
 @pytest.mark.parametrize("gain", [1e-3, 1e-5, float("nan")])
 def test_the_driver_takes_every_experiment(declared, experiment, gain):
     excitation, preload, duration = experiment
-    asked = Suggestion({**excitation, "amplitude": AMPLITUDE}, preload, duration, 1.5)
+    asked = Suggestion({**excitation, "amplitude": PROBE_AMPLITUDE}, preload, duration, 1.5)
     taken = declared(driver_command(asked, gain).line)
     for name, value in excitation.items():
         assert getattr(taken, name) == value

@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from tissue_probe.reproduction.experiment import Experiment, Tissue
+from tissue_probe.reproduction.experiment import SimulatedTissue, SineExperiment
 
 M, K0, B0 = 0.04, 9700.0, 0.8
-RELAXING = Tissue(300.0, 2.0, relaxing_stiffness=400.0, relaxation_rate=60.0)
-STIFF = Tissue(2000.0, 20.0)
+RELAXING = SimulatedTissue(300.0, 2.0, relaxing_stiffness=400.0, relaxation_rate=60.0)
+STIFF = SimulatedTissue(2000.0, 20.0)
 
 
 def integrated(experiment):
@@ -38,14 +38,14 @@ def integrated(experiment):
 
 @pytest.mark.parametrize("tissues", [((0.0, RELAXING),), ((0.0, STIFF), (0.1, RELAXING))])
 def test_the_motion_is_that_of_an_adaptive_integrator(tissues):
-    experiment = Experiment(tissues, duration=0.2, frequency=30.0)
+    experiment = SineExperiment(tissues, duration=0.2, frequency=30.0)
     _, tip = experiment.motion()
     assert K0 * np.abs(tip - integrated(experiment)).max() < 1e-7
 
 
 @pytest.mark.parametrize("frequency", [2.0, 10.0, 30.0])
 def test_a_sine_meets_the_stiffness_and_damping_that_the_tissue_states(frequency):
-    experiment = Experiment(((0.0, RELAXING),), frequency=frequency, lead=2.0)
+    experiment = SineExperiment(((0.0, RELAXING),), frequency=frequency, lead=2.0)
     coil, tip = experiment.motion()
     w = 2 * np.pi * frequency
     # Coil and tip at the frequency, from whole periods; then eq. 1 solved for k + i w beta.
@@ -63,14 +63,14 @@ def test_relaxing_tissue_grows_stiffer_and_less_damped_with_frequency():
 
 
 def test_measuring_later_shows_the_rest_of_the_same_motion():
-    whole = Experiment(((0.0, STIFF), (0.1, RELAXING)), duration=0.3)
+    whole = SineExperiment(((0.0, STIFF), (0.1, RELAXING)), duration=0.3)
     late = replace(whole, lead=0.05, duration=0.25)
     np.testing.assert_array_equal(late.motion()[1], whole.motion()[1][100:])
     np.testing.assert_array_equal(late.truth()[0], whole.truth()[0][100:])
 
 
 def test_noise_is_the_seeds_and_the_load_cells():
-    quiet = Experiment(((0.0, STIFF),))
+    quiet = SineExperiment(((0.0, STIFF),))
     coil, tip = quiet.motion()
     first, second = quiet.samples(), replace(quiet, seed=1).samples()
     assert not np.array_equal(first.force, second.force)

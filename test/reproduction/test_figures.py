@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from tissue_probe.identification.ring_down import ring_down
-from tissue_probe.reproduction.experiment import Experiment, Tissue
+from tissue_probe.reproduction.experiment import SimulatedTissue, SineExperiment
 from tissue_probe.reproduction.filters import EVERY, exact, paper_filters
 from tissue_probe.reproduction.finding import describe_settling, error
 from tissue_probe.reproduction.table import FIGURES
@@ -92,7 +92,7 @@ def test_the_papers_filters_go_astray_at_high_frequencies_only_and_ours_nowhere(
 def test_the_papers_filters_have_no_bound_that_they_meet(each):
     """What makes them fail must not be ours."""
     widened = each.settings.model_copy(update={"deviation_ceiling": 1e5})
-    experiment = Experiment(((0.0, Tissue(500.0, 10.0)),), duration=1.0)
+    experiment = SineExperiment(((0.0, SimulatedTissue(500.0, 10.0)),), duration=1.0)
     first, second = (replace(each, settings=s).run(experiment) for s in (each.settings, widened))
     for one, other in zip(first.arrays(), second.arrays(), strict=True):
         np.testing.assert_array_equal(one, other)

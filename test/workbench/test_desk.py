@@ -22,7 +22,7 @@ from tissue_probe.workbench.notebook import notebook
 from tissue_probe.workbench.pages import Page
 from tissue_probe.workbench.pictures import Pictures
 from tissue_probe.workbench.question import Asked
-from tissue_probe.workbench.refused import Refused
+from tissue_probe.workbench.refused import RequestRefused
 from tissue_probe.workbench.requested import request
 from tissue_probe.workbench.studied import Studied, opened_study
 from tissue_probe.workbench.told import desk as told_of
@@ -105,7 +105,7 @@ def test_a_state_that_is_none_or_points_elsewhere_harms_nothing(climbed, tmp_pat
     _, _, path = climbed
     bad = tmp_path / f"bad{state.ENDING}"
     bad.write_bytes(b"PK\x03\x04 and no more")
-    with pytest.raises(Refused, match="no state"):
+    with pytest.raises(RequestRefused, match="no state"):
         state.unpacked_state(bad, tmp_path / "in")
     with zipfile.ZipFile(path) as archive:
         told = json.loads(archive.read(state.MEMBER))
@@ -198,7 +198,7 @@ def test_a_worker_that_dies_is_told_and_replaced(run):
         while shop._process is None or not shop._one_at_a_time.locked():
             await asyncio.sleep(0)
         os.kill(shop._process.pid, signal.SIGKILL)
-        with pytest.raises(Refused, match="ended from outside"):
+        with pytest.raises(RequestRefused, match="ended from outside"):
             await work
         return await shop.do(Work("preview", {"path": str(EXAMPLES / "sweep.csv")}))
 
@@ -304,7 +304,7 @@ def test_a_table_of_sites_has_a_map_and_nothing_to_fit(run, tmp_path):
     async def steps(desk):
         opened = await desk.open(path)
         await desk.compare_first(opened)
-        with pytest.raises(Refused, match="table of sites"):
+        with pytest.raises(RequestRefused, match="table of sites"):
             await desk.use(opened.number, None)
         again = Desk(desk.reading, desk.fitting)
         await state.restore(again, state.state(desk))
@@ -327,7 +327,7 @@ def test_a_map_of_a_recording_without_sites_is_refused_in_words(run):
         opened = await desk.open(EXAMPLES / "sweep.csv", LAYOUT)
         await desk.draw_map(opened.number)
 
-    with pytest.raises(Refused, match=r"sweep\.csv announces no palpation sites"):
+    with pytest.raises(RequestRefused, match=r"sweep\.csv announces no palpation sites"):
         run(steps)
 
 
@@ -368,7 +368,7 @@ def test_a_recording_of_the_study_that_cannot_be_read_says_so(run, tmp_path):
     async def steps(desk):
         before = await with_ladder(desk)
         desk.study = studied(broken, rig="compliant_probe")
-        with pytest.raises(Refused, match=r"broken\.csv"):
+        with pytest.raises(RequestRefused, match=r"broken\.csv"):
             await desk.open_recording(0)
         return before
 
@@ -382,5 +382,7 @@ def test_rows_of_another_question_are_not_those_of_the_plan(tmp_path):
     tp.study(plan, workers=1)
     assert len(opened_study(plan).rows) == 1
     plan.write_text("{recordings: '*.csv', question: {rig: rigid_probe}}")
-    with pytest.raises(Refused, match="no rows of its question yet: run `tissue_probe study run"):
+    with pytest.raises(
+        RequestRefused, match="no rows of its question yet: run `tissue_probe study run"
+    ):
         opened_study(plan)

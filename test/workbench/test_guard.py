@@ -10,7 +10,7 @@ import websockets
 
 from served import EXAMPLES
 from tissue_probe.workbench import uploads
-from tissue_probe.workbench.refused import Refused
+from tissue_probe.workbench.refused import RequestRefused
 
 
 def answer(server, path="/", method="GET", body=None, **headers):
@@ -115,7 +115,7 @@ def test_an_upload_has_a_name_and_no_place(tmp_path):
 
 def test_an_upload_that_is_too_large_is_refused_and_leaves_nothing(tmp_path, monkeypatch):
     monkeypatch.setattr(uploads, "LARGEST", 1000)
-    with pytest.raises(Refused, match="more than"):
+    with pytest.raises(RequestRefused, match="more than"):
         asyncio.run(uploads.keep("long.csv", parts_of(*[b"x" * 400] * 3), tmp_path))
     assert list(tmp_path.iterdir()) == []
 

@@ -24,7 +24,7 @@ from websockets.sync.client import connect
 
 from served import EXAMPLES, PATIENCE, serving
 from tissue_probe.workbench import uploads
-from tissue_probe.workbench.app import BYTES
+from tissue_probe.workbench.app import BYTES_TYPE
 
 LOOK = {
     "rung": 1, "source": "fitted", "stretch": 0, "width": 500, "height": 300,
@@ -252,7 +252,7 @@ def post(server, path, body=b"", method="POST", **headers):
 
 
 def upload(server, name, content):
-    return post(server, "/upload", content, content_type=BYTES, x_file_name=quote(name))
+    return post(server, "/upload", content, content_type=BYTES_TYPE, x_file_name=quote(name))
 
 
 @given(
@@ -283,11 +283,11 @@ def test_an_address_at_which_nothing_is_says_so(server, parts, quoted):
 def test_an_upload_that_is_wrapped_in_anything_is_refused(server, kind):
     status, told = post(server, "/upload", b"t,u,F\n", content_type=kind, x_file_name="a.csv")
     assert status == 415
-    assert BYTES.encode() in told
+    assert BYTES_TYPE.encode() in told
 
 
 def test_an_upload_without_a_name_asks_for_it(server):
-    status, told = post(server, "/upload", b"t,u,F\n", content_type=BYTES)
+    status, told = post(server, "/upload", b"t,u,F\n", content_type=BYTES_TYPE)
     assert status == 400
     assert b"X-File-Name" in told
 
@@ -309,7 +309,7 @@ def test_an_upload_that_is_dropped_leaves_nothing(server):
         head = [
             "POST /upload HTTP/1.1", f"Host: 127.0.0.1:{server.port}",
             f"Origin: http://127.0.0.1:{server.port}", f"Cookie: {server.cookie}",
-            f"Content-Type: {BYTES}", "X-File-Name: half.csv", "Content-Length: 1000000",
+            f"Content-Type: {BYTES_TYPE}", "X-File-Name: half.csv", "Content-Length: 1000000",
         ]  # fmt: skip
         line.sendall("\r\n".join([*head, "", "t,u,F\n"]).encode())
         until(lambda: set(kept(server).iterdir()) - before)  # it is under way

@@ -9,19 +9,19 @@ from collections.abc import Iterator, Mapping
 from shlex import quote
 from typing import Any
 
-from tissue_probe.analysis.asked import NAMED
+from tissue_probe.analysis.asked import ITEMS_BY_NAME
 
 #: Parameters of a file that are options of another name.
-TOPIC = {"samples_topic": "topic"}
+TOPIC_OPTION = {"samples_topic": "topic"}
 
 
 def as_options(stated: Mapping[str, Any]) -> list[str]:
     """Return options with their values, quoted for a shell; a name without a value is left out."""
-    return [_option(TOPIC.get(name, name), value) for name, value in _write_options(stated)]
+    return [_option(TOPIC_OPTION.get(name, name), value) for name, value in _write_options(stated)]
 
 
 def _option(name: str, value: str) -> str:
-    called = (NAMED[name].option or name) if name in NAMED else name
+    called = (ITEMS_BY_NAME[name].option or name) if name in ITEMS_BY_NAME else name
     option = f"--{called.replace('_', '-')}"
     return f"{option} {quote(value)}" if value else option
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from typing import Any, Literal, NamedTuple
 
-from tissue_probe.analysis.choices import COURSES, RIG_NAMES, STARTS, TISSUE_NAMES
+from tissue_probe.analysis.choices import COURSES, RIG_NAMES, START_CHOICES, TISSUE_NAMES
 from tissue_probe.physics.rigs import OWN, named
 from tissue_probe.quantities import FORCE
 
@@ -66,8 +66,8 @@ ITEMS = (
         metavar="HERTZ", label="low-pass [Hz]", example="none",
     ),
     Item(
-        "starts", "choice", "Whether the probe rested before the first sample.", "auto", STARTS,
-        label="before the first sample",
+        "starts", "choice", "Whether the probe rested before the first sample.", "auto",
+        START_CHOICES, label="before the first sample",
     ),
     Item(
         "course", "choice",
@@ -122,4 +122,4 @@ ITEMS = (
 )  # fmt: skip
 
 #: By name.
-NAMED = {each.name: each for each in ITEMS}
+ITEMS_BY_NAME = {each.name: each for each in ITEMS}

@@ -14,7 +14,7 @@ from tissue_probe.analysis.asked import ITEMS, Item
 from tissue_probe.analysis.question import Asked
 
 #: Where the keywords stand in the documentation of a function.
-MARK = "**asked\n    See ``Asked``."
+KEYWORDS_MARK = "**asked\n    See ``Asked``."
 
 #: Python's form of values that stand as rows of names and values on the command line.
 _MAPPED = {
@@ -45,7 +45,7 @@ def asks(function: _F) -> _F:
     function.__signature__ = signature.replace(parameters=[*own, *keywords])  # type: ignore[attr-defined]
     told = "\n".join(f"{each.name}\n{indent(fill(_in_python(each), 92), '    ')}" for each in ITEMS)
     # Where Python leaves out documentation, there is none.
-    function.__doc__ = (inspect.getdoc(function) or "").replace(MARK, told)
+    function.__doc__ = (inspect.getdoc(function) or "").replace(KEYWORDS_MARK, told)
     return function
 
 

@@ -9,7 +9,7 @@ from typing import Literal, get_args
 from tissue_probe import arguments as take
 from tissue_probe.alike import Alike
 from tissue_probe.analysis.measurements import Measurements, read
-from tissue_probe.challenge.simulator import Answer, Measurement
+from tissue_probe.challenge.simulator import HiddenTruth, SimulatedRecord
 from tissue_probe.challenge.simulator import make_challenge as make
 from tissue_probe.challenge.trajectory import Kind
 
@@ -28,7 +28,7 @@ class ChallengeResult(Alike):
 
     first: Measurements
     second: Measurements
-    answer: Answer
+    answer: HiddenTruth
 
 
 @take.checks(
@@ -67,6 +67,6 @@ def make_challenge(
     return ChallengeResult(_measurements(made.recording), _measurements(made.second), made.answer)
 
 
-def _measurements(taken: Measurement) -> Measurements:
+def _measurements(taken: SimulatedRecord) -> Measurements:
     columns = {"t": taken.time, "u": taken.position, "F": taken.force}
     return read(columns, force_polarity="compression")

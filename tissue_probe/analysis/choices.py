@@ -23,5 +23,5 @@ OWN_RIG = OWN.name
 RIG_CARDS = [{"name": r.name, "whose": r.whose, "drawing": r.drawing} for r in RIGS.values()]
 FILTERED_RIGS: tuple[FilteredRig, ...] = get_args(FilteredRig)
 TISSUE_NAMES: tuple[TissueName, ...] = get_args(TissueName)
-STARTS: tuple[Starts, ...] = get_args(Starts)
+START_CHOICES: tuple[Starts, ...] = get_args(Starts)
 COURSES: tuple[Course, ...] = get_args(Course)

@@ -17,7 +17,7 @@ from tissue_probe.analysis.asking import asks
 from tissue_probe.analysis.error_view import ErrorView, error_view
 from tissue_probe.analysis.measurements import Measurements, Source, measurements_of
 from tissue_probe.analysis.other_values import predict_output
-from tissue_probe.analysis.question import Asked, Question, check_wanted, question
+from tissue_probe.analysis.question import Asked, ModelQuestion, check_wanted, question
 from tissue_probe.analysis.result_table import ResultTable
 from tissue_probe.diagnosis.fit_checks import check_fit
 from tissue_probe.diagnosis.fitting.corners import without_corners
@@ -69,7 +69,7 @@ class ComparisonResult(Alike):
     held: str
     sources: tuple[str, ...]
     notes: tuple[str, ...]
-    asked: Question
+    asked: ModelQuestion
     fitted: Measurements
     taken: tuple[Measurement, ...]
     instrument: Instrument
@@ -233,7 +233,7 @@ def compare(
 
 
 def _compare_model(
-    put: Question, fitted: Measurements, model: str | Path | FittedModel | None
+    put: ModelQuestion, fitted: Measurements, model: str | Path | FittedModel | None
 ) -> ComparisonResult:
     """Compare a model with measurements that are read."""
     found = put.segments(fitted)

@@ -17,7 +17,7 @@ from tissue_probe.analysis.measurements import Measurements, Source, measurement
 from tissue_probe.analysis.other_rig import other_rig
 from tissue_probe.analysis.question import (
     Asked,
-    Question,
+    ModelQuestion,
     check_wanted,
     question,
 )
@@ -42,7 +42,7 @@ if TYPE_CHECKING:
 
 #: Where an effect shows in the difference of two recordings only, such as dry friction at one speed
 #: in each.
-TOGETHER = Finding(
+SHOWN_TOGETHER = Finding(
     "together",
     "The model that explains the first recording does not explain the others, so all were fitted "
     "together: no recording is left to try the result on. The result holds if specimen, site and "
@@ -81,7 +81,7 @@ class DiagnosisResult(Alike):
     validated: Measurements
     sources: tuple[str, ...]
     notes: tuple[str, ...]
-    asked: Question
+    asked: ModelQuestion
     wording: Callable[[str], str] = str
 
     @property
@@ -289,7 +289,7 @@ def diagnose(
 
 
 def _diagnose_measurements(
-    put: Question,
+    put: ModelQuestion,
     fitted: Measurements,
     validated: Measurements,
     add: Sequence[str],
@@ -319,7 +319,7 @@ def _diagnose_measurements(
         progress("the model does not carry over: all recordings are fitted together")
         together = search_effects([*taken, *tried], [])
         if together.verdict == "missing":
-            diagnosis = replace(together, findings=(TOGETHER, *together.findings))
+            diagnosis = replace(together, findings=(SHOWN_TOGETHER, *together.findings))
             fitted, validated = Measurements((*fitted.parts, *validated.parts)), Measurements(())
             taken = [*taken, *tried]
     notes = (*put.notes, *(finding.sentence for finding in diagnosis.findings))

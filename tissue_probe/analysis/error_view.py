@@ -27,9 +27,9 @@ if TYPE_CHECKING:
 RESOLUTION, SEGMENTS = 1.0, 8
 #: Of a band of frequencies those samples are meant that hold this share of its energy: more would
 #: be the whole record wherever the band is everywhere, fewer only its highest peak.
-SHARE = 0.5
+ENERGY_SHARE = 0.5
 #: The quantities that samples are placed by.
-AXES = ("time", "indentation", "speed", "phase")
+PLACING_AXES = ("time", "indentation", "speed", "phase")
 
 
 def place(name: str, given: Any) -> float:
@@ -89,7 +89,7 @@ class ErrorView(Alike):
         angle = np.angle(analytic(without_line(self.position)))
         return np.asarray(np.rad2deg(angle), dtype=np.float64)
 
-    @take.checks(axis=take.choice(*AXES))
+    @take.checks(axis=take.choice(*PLACING_AXES))
     def along(self, axis: str) -> FloatArray:
         """Return the samples' places on an axis: ``time``, ``indentation``, ``speed``, ``phase``.
 
@@ -111,7 +111,7 @@ class ErrorView(Alike):
         frequencies, density = welch(part, self.sample_period, max(segment, 8))
         return frequencies[1:], density[1:] / counted
 
-    @take.checks(axis=take.choice("frequency", *AXES), low=place, high=place)
+    @take.checks(axis=take.choice("frequency", *PLACING_AXES), low=place, high=place)
     def between(self, axis: str, low: float, high: float) -> BoolArray:
         """Return which samples lie between two places on an axis.
 
@@ -132,7 +132,7 @@ class ErrorView(Alike):
         transformed[(frequencies < low) | (frequencies > high)] = 0.0
         power = np.abs(analytic(np.fft.irfft(transformed, self.residual.size))) ** 2
         order = np.argsort(power)[::-1]
-        within = np.cumsum(power[order]) <= SHARE * power.sum()
+        within = np.cumsum(power[order]) <= ENERGY_SHARE * power.sum()
         chosen = np.zeros(power.size, dtype=bool)
         chosen[order[within]] = True
         return chosen

@@ -29,7 +29,7 @@ from tissue_probe.diagnosis.ranking.rules import find_added_effect
 from tissue_probe.figures.compare import Comparison
 from tissue_probe.figures.ladder import Rungs, draw_ladder
 from tissue_probe.figures.shape import draw_shape
-from tissue_probe.figures.story import Candidate, draw_story
+from tissue_probe.figures.story import TriedEffect, draw_story
 from tissue_probe.physics.composition import Composition
 from tissue_probe.physics.fitted_model import FittedModel
 from tissue_probe.physics.model_file import Data, DataFile
@@ -48,13 +48,15 @@ from tissue_probe.report.contents import (
 from tissue_probe.report.page import render
 
 #: Samples of a record that the report carries; a longer one is shown from its beginning.
-DRAWN = 8000
+REPORT_SAMPLES = 8000
 #: Pairs of values that are told, whose errors go together most.
-PAIRS = 6
+PAIRS_TOLD = 6
 #: Signals that stand in equations, and their units.
-SIGNALS = {"position": "m", "position_rate": "m/s", "position_acceleration": "m/s^2", "force": "N",
-           "tip_position": "m", "tip_velocity": "m/s", "indentation": "m", "time": "s"}  # fmt: skip
-UNSETTLED = " The fit did not settle."
+SIGNAL_UNITS = {
+    "position": "m", "position_rate": "m/s", "position_acceleration": "m/s^2", "force": "N",
+    "tip_position": "m", "tip_velocity": "m/s", "indentation": "m", "time": "s",
+}  # fmt: skip
+NOT_SETTLED = " The fit did not settle."
 
 
 def write(result: DiagnosisResult, folder: Path) -> None:
@@ -134,7 +136,7 @@ def story(result: DiagnosisResult) -> Figure:
         base.output,
     )
     ranking = [
-        Candidate(
+        TriedEffect(
             find_added_effect(fit).name,
             diagnosis.heldout(fit),
             find_added_effect(fit).name in diagnosis.effects,
@@ -172,7 +174,7 @@ def report(result: DiagnosisResult) -> Report:
         steps=tuple(
             ReportStep(
                 _write_rung(fit, before),
-                _reason(diagnosis, fit, before) + ("" if fit.converged else UNSETTLED),
+                _reason(diagnosis, fit, before) + ("" if fit.converged else NOT_SETTLED),
                 equations(fit.composition),
                 _parameters(fit),
                 fit.rmse,
@@ -215,13 +217,12 @@ def report(result: DiagnosisResult) -> Report:
 
 
 def _signals(base: Fit, final: Fit, shown: int, name: str) -> ReportSignals:
-    measurement, cut = base.measurements[shown], slice(0, DRAWN)
+    measurement, cut = base.measurements[shown], slice(0, REPORT_SAMPLES)
     errors = " to ".join(base.output.tell(fit.error(shown)) for fit in dict.fromkeys((base, final)))
     drawn = ""
-    if measurement.times.size > DRAWN:
-        drawn = (
-            f" (drawn: the first {measurement.times[DRAWN]:.3g} of {measurement.times[-1]:.3g} s)"
-        )
+    if measurement.times.size > REPORT_SAMPLES:
+        first, whole = measurement.times[REPORT_SAMPLES], measurement.times[-1]
+        drawn = f" (drawn: the first {first:.3g} of {whole:.3g} s)"
     return ReportSignals(
         f"{name}, fitted, error {errors}{drawn}",
         measurement.times[cut],
@@ -255,11 +256,13 @@ def symbols(composition: Composition, units: Mapping[str, str]) -> tuple[ReportS
     expressions = [*model.motion, model.output, *(each.on for each in model.switches)]
     used = {str(symbol) for each in expressions for symbol in sp.sympify(each).free_symbols}
     used |= {str(state) for state in model.states}
-    signals = [name for name in SIGNALS if name in used]
+    signals = [name for name in SIGNAL_UNITS if name in used]
     values = [name for name in units if name in used]
     rest = sorted(used.difference(signals, values))
     return tuple(
-        ReportSymbol(letter(name), name.replace("_", " "), SIGNALS.get(name) or units.get(name, ""))
+        ReportSymbol(
+            letter(name), name.replace("_", " "), SIGNAL_UNITS.get(name) or units.get(name, "")
+        )
         for name in (*signals, *values, *rest)
     )
 
@@ -272,7 +275,7 @@ def _correlations(fit: Fit) -> tuple[tuple[str, str, float], ...]:
         for i in range(len(named))
         for j in range(i)
     ]
-    return tuple(sorted(pairs, key=lambda pair: -abs(pair[2]))[:PAIRS])
+    return tuple(sorted(pairs, key=lambda pair: -abs(pair[2]))[:PAIRS_TOLD])
 
 
 def command(result: DiagnosisResult) -> str:

@@ -24,7 +24,7 @@ from tissue_probe.mapping.chart import Chart
 from tissue_probe.mapping.exploration.answer import Answer, Sought, answer
 from tissue_probe.mapping.exploration.choice import PURPOSES, NextSite, Purpose, next_sites
 from tissue_probe.mapping.polygon import Polygon
-from tissue_probe.mapping.posterior.posterior_map import CONTRAST, RASTER, read_out
+from tissue_probe.mapping.posterior.posterior_map import RASTER, SOUGHT_CONTRAST, read_out
 from tissue_probe.mapping.posterior.results import Again, Inclusion, PosteriorMap
 from tissue_probe.mapping.posterior.sampled import Sampled
 from tissue_probe.mapping.registration import Registration
@@ -51,7 +51,7 @@ if TYPE_CHECKING:
 
 Read = TypeVar("Read")
 #: Said of a table of sites that does not tell its noise.
-LEARNT = (
+SCATTER_LEARNT = (
     "k_sd is not given: the scatter of sites about their neighbours, {:.2g} times k, stands for it"
 )
 #: The type that states which inclusions matter, in words.
@@ -334,7 +334,7 @@ def map_sites(
     effects: Sequence[str | Path] = (),
     rig: FilteredRig | None = None,
     raster: float = RASTER,
-    contrast: float = CONTRAST,
+    contrast: float = SOUGHT_CONTRAST,
     within: Source | None = None,
     no_go: Sequence[Source] = (),
     next: int = 0,
@@ -471,7 +471,7 @@ def _sites_of_table(columns: Mapping[str, np.ndarray]) -> tuple[Sites, tuple[str
         return Sites(x, y, z, t, k, columns["k_sd"]), ()
     flat = Chart.of(Sites(x, y, z, t, k, np.zeros_like(k))).sites
     share = scatter(flat.x[flat.felt], flat.y[flat.felt], k[flat.felt])
-    note = LEARNT.format(share)
+    note = SCATTER_LEARNT.format(share)
     return Sites(x, y, z, t, k, share * np.abs(k)), (note,)
 
 

@@ -20,7 +20,7 @@ from tissue_probe.quantities import SIDE, engineering
 HERTZ, POWER = "hertz_contact", "contact_exponent"
 #: A fitted power and that of a shape are one if they differ by no more: down to half the depth and
 #: up to twice it the forces then differ by 7 %, 2^0.1.
-ALIKE = 0.1
+POWER_TOLERANCE = 0.1
 #: Poisson's ratio of a tissue that keeps its volume: the largest.
 INCOMPRESSIBLE = 0.5
 
@@ -151,7 +151,7 @@ def _apply_power_law(found: FittedModel, tip: Indenter, depth: float | None) -> 
     n, k = found.values[POWER], found.values["stiffness"]
     reference = REFERENCE_DEPTH * found.composition.scale.length
     own = EXPONENTS[tip.shape]
-    same = abs(n - own) <= ALIKE and math.isinf(tip.layer)
+    same = abs(n - own) <= POWER_TOLERANCE and math.isinf(tip.layer)
     if depth is None and not same:
         raise ParameterError(
             f"`depth`: the force grows as depth^{n:.2f}, and not as under this tip, so that the "
@@ -167,7 +167,7 @@ def _apply_power_law(found: FittedModel, tip: Indenter, depth: float | None) -> 
             f"The errors of stiffness and {POWER} are taken as independent: a model file does not "
             "tell how they go together.",
         )
-    if abs(n - own) > ALIKE:
+    if abs(n - own) > POWER_TOLERANCE:
         notes += (
             f"The force grows as depth^{n:.2f}, under a {tip.shape} on a half space as "
             f"depth^{own:g}: the modulus holds at this depth only.",

@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from typing import cast
 
 from tissue_probe.analysis.choices import TissueName
-from tissue_probe.analysis.question import Question, question
+from tissue_probe.analysis.question import ModelQuestion, question
 from tissue_probe.analysis.segments import Segment
 from tissue_probe.diagnosis.diagnosis import Diagnosis, fit_plainly
 from tissue_probe.diagnosis.evidence.adequacy import leaves_only_noise
@@ -23,7 +23,7 @@ COMMANDED = "The force is smooth to the last digits, as one that is commanded an
 ASKED = "; is the rig {0} (`rig` {0})?"
 
 
-def other_rig(found: Diagnosis, asked: Question, taken: Sequence[Segment]) -> str:
+def other_rig(found: Diagnosis, asked: ModelQuestion, taken: Sequence[Segment]) -> str:
     """Say on which other rig the measurements make sense; nothing where none is seen.
 
     It is asked only of a model without effects, where nothing explains the measurements or the

@@ -23,7 +23,7 @@ from tissue_probe.signals import FloatArray
 #: First rows that are shown, and points of a signal's sketch: more than its picture has pixels.
 ROWS, POINTS = 8, 240
 #: Columns that are read for a sketch: a table of more is no measurement of one probe.
-MOST = 64
+COLUMNS_READ = 64
 
 
 @dataclass(frozen=True)
@@ -83,7 +83,7 @@ def preview(path: str | Path) -> Preview:
 
 def _of_table(source: Columns) -> Preview:
     columns, told = [], list(source.told)
-    for name in source.names[:MOST]:
+    for name in source.names[:COLUMNS_READ]:
         try:
             (values,), said, *_ = source.read([name])
         except RecordingError:

@@ -13,10 +13,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypedDict
 
 from tissue_probe import arguments as take
-from tissue_probe.analysis.asked import ITEMS, NAMED, Item
+from tissue_probe.analysis.asked import ITEMS, ITEMS_BY_NAME, Item
 from tissue_probe.analysis.choices import Course, RigChoice, Starts, TissueName
 from tissue_probe.analysis.segments import Segment, segments
-from tissue_probe.diagnosis.observation.instrument import FLICKER, Instrument
+from tissue_probe.diagnosis.observation.instrument import FLICKER_NAME, Instrument
 from tissue_probe.errors import ParameterError
 from tissue_probe.physics.composition import Composition
 from tissue_probe.physics.fitted_model import FittedModel
@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     from tissue_probe.physics.effects import Effect
 
 #: Values of the tissue that may be known: zeros say that there is none.
-TISSUE = ("stiffness", "damping")
+KNOWN_TISSUE = ("stiffness", "damping")
 
 Constants = Mapping[str, "float | tuple[float, float]"]
 """A constant's value, or value and standard deviation, by its name [SI units]."""
@@ -62,7 +62,7 @@ PRIOR = "`prior`: {} counts as {:g} times as likely as any other effect before t
 
 
 @dataclass(frozen=True)
-class Question:
+class ModelQuestion:
     """A model, statements on its rig and the samples, and the effects that it may miss.
 
     Attributes
@@ -167,7 +167,7 @@ class Question:
         return self.model.composition
 
 
-def question(**asked: Unpack[Asked]) -> Question:
+def question(**asked: Unpack[Asked]) -> ModelQuestion:
     """Put together a question.
 
     Raises
@@ -190,7 +190,7 @@ def question(**asked: Unpack[Asked]) -> Question:
         notes = (f"{name}: the search for its values did not settle; take them for a guess",)
     odds = said.get("prior") or {}
     notes += tuple(PRIOR.format(name, times) for name, times in odds.items())
-    found = Question(
+    found = ModelQuestion(
         begun,
         _instrument(begun.composition.rig, said.get("known_rig", False), constants),
         notes,
@@ -201,7 +201,7 @@ def question(**asked: Unpack[Asked]) -> Question:
         said.get("course", "auto"),
         odds,
         said.get("without", ()),
-        {name: value for name, value in said.items() if _is_said(NAMED[name], value)},
+        {name: value for name, value in said.items() if _is_said(ITEMS_BY_NAME[name], value)},
     )
     if begun.effect_files or found.prior or found.without:
         _ = found.library  # a file that cannot be used is told before anything is fitted
@@ -266,7 +266,7 @@ def _write_value(value: Any) -> str:
     return str(value) if isinstance(value, (str, int, float, Path)) else " ".join(map(str, value))
 
 
-def check_wanted(asked: Question, wanted: Sequence[str]) -> None:
+def check_wanted(asked: ModelQuestion, wanted: Sequence[str]) -> None:
     """Refuse effects to add that are not known, in the model already, or one law with another.
 
     Raises
@@ -346,17 +346,17 @@ def _instrument(rig: Rig, known: bool, constants: Constants) -> Instrument:
             raise ParameterError(
                 f"`constant` {name}: its standard deviation is {deviation:g}; give 0 or more"
             )
-        if name == FLICKER:
+        if name == FLICKER_NAME:
             if not 0.0 <= value < math.inf:
                 raise ParameterError(
                     f"`constant` {name}: give its rms in newtons, 0 or more, not {value:g}"
                 )
             flicker_noise = value
             continue
-        if name not in (*values, *TISSUE):
+        if name not in (*values, *KNOWN_TISSUE):
             raise ParameterError(
                 f"`constant` {name}: {name} is no constant of {rig}; "
-                f"give one of {', '.join((*values, *TISSUE, FLICKER))}"
+                f"give one of {', '.join((*values, *KNOWN_TISSUE, FLICKER_NAME))}"
             )
         (entry,) = Composition(rig).entries([name])
         # How large it may be depends on the record; which sign it has, does not.

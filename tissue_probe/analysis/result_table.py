@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     import pandas as pd
 
 #: Rows that are shown at most: with title and heads a result keeps within forty lines.
-SHOWN = 30
+ROWS_SHOWN = 30
 
 
 @dataclass(frozen=True)
@@ -64,22 +64,22 @@ class ResultTable:
         return iter(self.to_dict())
 
     def __repr__(self) -> str:
-        heads, rows = self.heads, self.texts(SHOWN)
+        heads, rows = self.heads, self.texts(ROWS_SHOWN)
         widths = [
             max(len(head), *(len(row[i]) for row in rows), 0) if rows else len(head)
             for i, head in enumerate(heads)
         ]
         lines = [self.title] if self.title else []
         lines += [self._line(heads, widths), *(self._line(row, widths) for row in rows)]
-        if len(self) > SHOWN:
-            lines.append(f"... and {len(self) - SHOWN} more")
+        if len(self) > ROWS_SHOWN:
+            lines.append(f"... and {len(self) - ROWS_SHOWN} more")
         return "\n".join(line.rstrip() for line in lines)
 
     def _repr_html_(self) -> str:
         heads = "".join(f"<th>{html.escape(head)}</th>" for head in self.heads)
         rows = "".join(
             "<tr>" + "".join(f"<td>{html.escape(cell)}</td>" for cell in row) + "</tr>"
-            for row in self.texts(SHOWN)
+            for row in self.texts(ROWS_SHOWN)
         )
         title = f"<caption>{html.escape(self.title)}</caption>" if self.title else ""
         return f"<table>{title}<thead><tr>{heads}</tr></thead><tbody>{rows}</tbody></table>"

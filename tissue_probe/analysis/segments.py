@@ -14,9 +14,13 @@ from tissue_probe.analysis.choices import Course, Starts
 from tissue_probe.analysis.measurements import Measurements, ReadRecording
 from tissue_probe.diagnosis.advice.driver_command import coil_gain
 from tissue_probe.diagnosis.inspection.coarse_response import coarse_response, regressors
-from tissue_probe.diagnosis.inspection.information import ENOUGH, FEWEST, stiffness_deviation
+from tissue_probe.diagnosis.inspection.information import (
+    ENOUGH_DEVIATION,
+    FEWEST_IN_RESIDUAL,
+    stiffness_deviation,
+)
 from tissue_probe.diagnosis.observation.measurement import Measurement
-from tissue_probe.diagnosis.observation.noise import FAINT, UNKNOWN
+from tissue_probe.diagnosis.observation.noise import FAINT_NOISE, UNKNOWN_NOISE
 from tissue_probe.diagnosis.observation.resampling import AS_MEASURED, Resampling
 from tissue_probe.physics.response import Between
 from tissue_probe.quantities import FORCE, Quantity
@@ -101,7 +105,7 @@ class Segment:
             position=own.position,
             force=own.force,
             used=None,
-            noise=UNKNOWN,
+            noise=UNKNOWN_NOISE,
             resampling=AS_MEASURED,
             at=own.time - own.time[0],
             input2=self._second(own.stamp, own.time),
@@ -147,7 +151,7 @@ def _feels_noise(measurement: Measurement) -> bool:
     period = measurement.sample_period
     told = coarse_response(regressors(measurement.position, measurement.force, period))
     answers = told.stiffness, told.damping / period, told.mass / period**2
-    return noise * max(map(abs, answers)) > FAINT * measurement.noise.own
+    return noise * max(map(abs, answers)) > FAINT_NOISE * measurement.noise.own
 
 
 def segments(
@@ -242,15 +246,16 @@ def check_enough(name: str, count: int) -> None:
     RecordingError
         If it is shorter than ``FEWEST``.
     """
-    if count < FEWEST:
+    if count < FEWEST_IN_RESIDUAL:
         raise RecordingError(
-            f"{name} has {count} samples without a gap, which tell nothing; give at least {FEWEST}"
+            f"{name} has {count} samples without a gap, which tell nothing; give at least "
+            f"{FEWEST_IN_RESIDUAL}"
         )
 
 
 def _is_long(block: SampleBlock) -> bool:
     """Whether a piece tells the stiffness by itself, as a whole recording must."""
-    return stiffness_deviation(block.position, block.force, block.sample_period) < ENOUGH
+    return stiffness_deviation(block.position, block.force, block.sample_period) < ENOUGH_DEVIATION
 
 
 def _told_unknown(

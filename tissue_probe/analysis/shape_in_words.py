@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from tissue_probe.diagnosis.shape.found import FoundShape
 
 #: How each variable is called in a sentence.
-NAMES = {
+VARIABLE_NAMES = {
     "indentation": "the indentation",
     "velocity": "the velocity",
     "past": "the past of the indentation",
@@ -32,7 +32,7 @@ ADDS = {
     "clock": "the time",
 }
 #: Share below which a variable adds nothing.
-NOTHING = 0.01
+NOTHING_ADDED = 0.01
 
 
 def describe_shape(found: FoundShape | None) -> list[str]:
@@ -40,13 +40,15 @@ def describe_shape(found: FoundShape | None) -> list[str]:
     if found is None or not found.variables:
         return []
     said = f"{100 * found.share:.0f} % of the missing force is a function of "
-    said += _join_names([NAMES[name] for name in found.variables]) + _others(found)
+    said += _join_names([VARIABLE_NAMES[name] for name in found.variables]) + _others(found)
     sentences = [said + "."]
     if not found.accepted:
         sentences.append("More is missing than that: no shape is claimed.")
         return sentences
     if found.rivals:
-        others = "; or ".join(_join_names([NAMES[n] for n in each]) for each in found.rivals[:3])
+        others = "; or ".join(
+            _join_names([VARIABLE_NAMES[n] for n in each]) for each in found.rivals[:3]
+        )
         sentences.append(
             f"This motion cannot tell that from a function of {others}: record another, such as "
             "a multisine."
@@ -67,7 +69,7 @@ def _others(found: FoundShape) -> str:
     none = [
         ADDS[name]
         for name, share in found.shares.items()
-        if name not in found.variables and share.beyond < NOTHING
+        if name not in found.variables and share.beyond < NOTHING_ADDED
     ]
     if not none:
         return ""

@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 #: Said of samples that the converter spoilt.
 LEFT_OUT = "The samples concerned were left out."
 #: Units of an excitation's settings.
-UNITS = {"frequency": " Hz", "start": " Hz", "stop": " Hz", "spacing": " Hz"}
+EXCITATION_UNITS = {"frequency": " Hz", "start": " Hz", "stop": " Hz", "spacing": " Hz"}
 
 
 def describe_diagnosis(diagnosis: Diagnosis) -> list[str]:
@@ -87,7 +87,7 @@ def _rest(diagnosis: Diagnosis) -> list[str]:
     if diagnosis.suggestion:
         said += _advice(diagnosis.suggestion, diagnosis.ladder.final.composition.rig)
     if not diagnosis.validated and diagnosis.verdict in ("adequate", "missing"):
-        said.append(SECOND)
+        said.append(RECORD_SECOND)
     return said
 
 
@@ -147,7 +147,7 @@ def _advice(suggestion: Suggestion, rig: Rig) -> list[str]:
 #: times as well where the other is stated.
 AS_ONE = 0.999
 #: Said where one recording alone was explained.
-SECOND = (
+RECORD_SECOND = (
     "Next recording: the same specimen, moved otherwise (deeper, faster, or held); given as "
     "`validate` it tells whether the model carries over."
 )
@@ -157,12 +157,12 @@ ZERO_AT_TOUCH = (
     "before the touch, say where it touches: `constant` contact_position=-0.002+-0.001 (m)."
 )
 #: Said in the place of the nearest effects.
-ONE_WAY = (
+NONE_NAMED = (
     "None is named: the tip goes one way all the time, so that one that acts in time can stand for "
     "one that acts with the depth, and the reverse. Unload the tissue as well, or hold."
 )
 #: How each excitation is called, by its settings.
-KINDS = {
+EXCITATION_WORDS = {
     "sine": "a sine of {frequency:.3g} Hz",
     "multisine": "sines from {start:.3g} to {stop:.3g} Hz at once, {spacing:.3g} Hz apart",
     "chirp": "a sweep from {start:.3g} to {stop:.3g} Hz within {duration:.3g} s",
@@ -172,7 +172,7 @@ KINDS = {
 def _motion(suggestion: Suggestion, rig: Rig) -> str:
     """Describe the motion of a suggested experiment to whom it makes: where, how far, how long."""
     way = float(str(suggestion.excitation["amplitude"]))
-    kind = KINDS[str(suggestion.excitation["kind"])].format_map(suggestion.excitation)
+    kind = EXCITATION_WORDS[str(suggestion.excitation["kind"])].format_map(suggestion.excitation)
     about = f"a mean depth of {engineering(suggestion.preload, 'm')}" if suggestion.preload else (
         "the place of first touch"
     )  # fmt: skip
@@ -193,7 +193,7 @@ def settings(suggestion: Suggestion, rig: Rig) -> dict[str, str]:
     ``Diagnosis.command``.
     """
     told = {
-        name: f"{value}{UNITS.get(name, '')}"
+        name: f"{value}{EXCITATION_UNITS.get(name, '')}"
         for name, value in suggestion.excitation.items()
         if name not in ("amplitude", "duration")
     }
@@ -320,7 +320,7 @@ def _of_zero(final: Fit) -> str:
 def _nearest(diagnosis: Diagnosis) -> str:
     """Say which effects come nearest where none explains all, if they help at all."""
     if _names_nothing(diagnosis):
-        return ONE_WAY
+        return NONE_NAMED
     ladder, names = diagnosis.ladder, ", ".join(diagnosis.effects)
     if not ladder.steps:
         return f"In the samples: {names}. {LEFT_OUT}" if diagnosis.spoilt else ""

@@ -7,10 +7,10 @@ strength of what it hides, sealed answers, and marks.
 from tissue_probe.challenge.simulator import (
     EFFECTS,
     LIBRARY,
-    Answer,
     Challenge,
-    Measurement,
+    HiddenTruth,
+    SimulatedRecord,
     make_challenge,
 )
 
-__all__ = ["EFFECTS", "LIBRARY", "Answer", "Challenge", "Measurement", "make_challenge"]
+__all__ = ["EFFECTS", "LIBRARY", "Challenge", "HiddenTruth", "SimulatedRecord", "make_challenge"]

@@ -10,9 +10,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from tissue_probe.challenge.change import Change, Situation
-from tissue_probe.challenge.instrument import FORCE_NOISE, SAMPLE_RATE, Instrument
+from tissue_probe.challenge.instrument import CHALLENGE_RATE, FORCE_NOISE, InstrumentErrors
 from tissue_probe.challenge.kelvin_voigt import fit_residual
-from tissue_probe.challenge.motion import RATE, move
+from tissue_probe.challenge.motion import MOTION_RATE, move
 from tissue_probe.challenge.specimen import Specimen
 from tissue_probe.challenge.tolerances import Tolerances
 from tissue_probe.challenge.trajectory import Trajectory
@@ -24,7 +24,7 @@ class Case:
     """Specimen, instrument and trajectory of one measurement."""
 
     specimen: Specimen
-    instrument: Instrument
+    instrument: InstrumentErrors
     trajectory: Trajectory
 
     @property
@@ -51,7 +51,7 @@ class Case:
         hold = round(0.3 + settling, 3) if preload or moving else 0.0
         return replace(self, trajectory=replace(self.trajectory, preload=preload, hold=hold))
 
-    def measure(self, noise: FloatArray, rate: int = RATE) -> tuple[FloatArray, FloatArray]:
+    def measure(self, noise: FloatArray, rate: int = MOTION_RATE) -> tuple[FloatArray, FloatArray]:
         """Return position [m] and force [N] at 2 kHz, the noise [N] added to the force.
 
         Parameters
@@ -61,16 +61,18 @@ class Case:
             Steps a second of the integration [Hz], a multiple of 2 kHz.
         """
         coil, instrument = self.trajectory, self.instrument
-        u = coil.sample_motion(SAMPLE_RATE)[0][coil.before(SAMPLE_RATE) : -1]
+        u = coil.sample_motion(CHALLENGE_RATE)[0][coil.before(CHALLENGE_RATE) : -1]
         force = move(self.specimen, coil, rate)
         return instrument.position(u), instrument.force(force, rate, coil.before(rate), noise)
 
     @property
     def samples(self) -> int:
         """Number of samples of the record."""
-        return round(self.trajectory.duration * SAMPLE_RATE)
+        return round(self.trajectory.duration * CHALLENGE_RATE)
 
-    def ratio(self, rig: Specimen, rate: int = RATE, tolerances: Tolerances | None = None) -> float:
+    def ratio(
+        self, rig: Specimen, rate: int = MOTION_RATE, tolerances: Tolerances | None = None
+    ) -> float:
         """Return the rms that the best Kelvin-Voigt fit leaves, in units of the noise.
 
         The noise is counted as if it were there: 1 means that nothing else is left. The position

@@ -55,7 +55,7 @@ class Change:
 
 
 @dataclass(frozen=True)
-class Effect:
+class HiddenEffect:
     """An effect to hide.
 
     Attributes

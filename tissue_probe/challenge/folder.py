@@ -13,7 +13,7 @@ from typing import Any, Literal
 
 import numpy as np
 
-from tissue_probe.challenge.simulator import Answer, Challenge, Measurement
+from tissue_probe.challenge.simulator import Challenge, HiddenTruth, SimulatedRecord
 from tissue_probe.errors import ParameterError
 from tissue_probe.recording.bags.samples_bag import write_samples_bag
 from tissue_probe.signals import SampleBlock
@@ -49,18 +49,18 @@ def write_recordings(folder: Path, name: str, challenge: Challenge, ending: Form
             _write_csv(path, measured)
 
 
-def _block(measured: Measurement) -> SampleBlock:
+def _block(measured: SimulatedRecord) -> SampleBlock:
     unknown = np.full(measured.time.size, np.nan)
     return SampleBlock(0, 0, measured.sample_period, measured.position, measured.force, unknown)
 
 
-def _write_csv(path: Path, measured: Measurement) -> None:
+def _write_csv(path: Path, measured: SimulatedRecord) -> None:
     columns = np.column_stack([measured.time, measured.position, measured.force])
     with path.open("x", encoding="utf-8") as file:
         np.savetxt(file, columns, fmt="%.10g", delimiter=",", header="t,u,F", comments="")
 
 
-def seal(path: Path, answers: Mapping[str, Answer], folder: Path) -> None:
+def seal(path: Path, answers: Mapping[str, HiddenTruth], folder: Path) -> None:
     """Write the answers by the recordings' names, as JSON.
 
     Raises
@@ -89,7 +89,7 @@ def check_sealed(path: Path, folder: Path) -> None:
 
 
 def read_answers(path: Path) -> dict[str, dict[str, Any]]:
-    """Return the fields of each ``Answer`` by the recording's name.
+    """Return the fields of each ``HiddenTruth`` by the recording's name.
 
     Raises
     ------

@@ -15,7 +15,7 @@ from dataclasses import dataclass, field
 from enum import Enum
 from typing import Any
 
-from tissue_probe.challenge.instrumental import SPOILT
+from tissue_probe.challenge.instrumental import SPOILING_EFFECTS
 from tissue_probe.challenge.outside import OUTSIDE
 from tissue_probe.challenge.simulator import EFFECTS, LIBRARY
 
@@ -23,7 +23,7 @@ NO_DIAGNOSIS = "no diagnosis"
 NAMING = ("missing", "ambiguous")
 
 
-class Kind(str, Enum):
+class HiddenKind(str, Enum):
     """What was hidden."""
 
     one = "one effect"
@@ -35,7 +35,7 @@ class Kind(str, Enum):
 
 
 @dataclass(frozen=True)
-class Diagnosis:
+class GradedDiagnosis:
     """What a diagnosis says, as far as it is marked.
 
     Attributes
@@ -59,7 +59,7 @@ class Diagnosis:
     unseen: frozenset[str] = frozenset()
 
     @classmethod
-    def parse(cls, told: Mapping[str, Any]) -> Diagnosis:
+    def parse(cls, told: Mapping[str, Any]) -> GradedDiagnosis:
         """Take what is marked from the JSON of ``tissue_probe diagnose``.
 
         Raises
@@ -187,19 +187,21 @@ class Grade:
         return sum(self.claimed) / len(self.claimed) if self.claimed else None
 
 
-def grade(answers: Mapping[str, Mapping[str, Any]], diagnoses: Mapping[str, Diagnosis]) -> Grade:
+def grade(
+    answers: Mapping[str, Mapping[str, Any]], diagnoses: Mapping[str, GradedDiagnosis]
+) -> Grade:
     """Mark diagnoses by the answers, both by the recordings' names.
 
     Parameters
     ----------
     answers : mapping
-        Fields of each ``Answer``, as ``read_answers`` returns them.
+        Fields of each ``HiddenTruth``, as ``read_answers`` returns them.
     diagnoses : mapping
         One for each recording; those of other names are ignored.
     """
     marks = Grade()
     for name, answer in answers.items():
-        diagnosis = diagnoses.get(name, Diagnosis(NO_DIAGNOSIS))
+        diagnosis = diagnoses.get(name, GradedDiagnosis(NO_DIAGNOSIS))
         if name not in diagnoses:
             marks.undiagnosed.append(name)
         hidden = " + ".join(answer["effects"]) or "none"
@@ -208,19 +210,19 @@ def grade(answers: Mapping[str, Mapping[str, Any]], diagnoses: Mapping[str, Diag
     return marks
 
 
-def kind_of(answer: Mapping[str, Any]) -> Kind:
+def kind_of(answer: Mapping[str, Any]) -> HiddenKind:
     """Return what kind of challenge an answer belongs to."""
     effects = answer["effects"]
     if len(effects) != 1:
-        return Kind.two if effects else Kind.none
+        return HiddenKind.two if effects else HiddenKind.none
     if answer["absorbed"]:
-        return Kind.absorbed
+        return HiddenKind.absorbed
     if effects[0] in OUTSIDE:
-        return Kind.outside
-    return Kind.spoilt if effects[0] in SPOILT else Kind.one
+        return HiddenKind.outside
+    return HiddenKind.spoilt if effects[0] in SPOILING_EFFECTS else HiddenKind.one
 
 
-def _mark_one(marks: Grade, effects: list[str], diagnosis: Diagnosis) -> None:
+def _mark_one(marks: Grade, effects: list[str], diagnosis: GradedDiagnosis) -> None:
     (hidden,) = effects
     named = diagnosis.named in LIBRARY
     marks.first.add(diagnosis.named == hidden)
@@ -234,12 +236,12 @@ def _mark_one(marks: Grade, effects: list[str], diagnosis: Diagnosis) -> None:
         marks.claimed.append(len(diagnosis.claimed))
 
 
-def _mark_absorbed(marks: Grade, effects: list[str], diagnosis: Diagnosis) -> None:
+def _mark_absorbed(marks: Grade, effects: list[str], diagnosis: GradedDiagnosis) -> None:
     told = diagnosis.claimed | diagnosis.indistinguishable
     marks.absorbed.add(diagnosis.verdict == "adequate" or effects[0] in told)
 
 
-def _mark_two(marks: Grade, effects: list[str], diagnosis: Diagnosis) -> None:
+def _mark_two(marks: Grade, effects: list[str], diagnosis: GradedDiagnosis) -> None:
     found = set(diagnosis.effects[:2]) & set(effects)
     marks.two.add(len(found) == 2)
     told = found | diagnosis.indistinguishable | diagnosis.unseen
@@ -247,23 +249,23 @@ def _mark_two(marks: Grade, effects: list[str], diagnosis: Diagnosis) -> None:
     marks.one_of_two.add(len(found) >= 1)
 
 
-def _mark_none(marks: Grade, _: list[str], diagnosis: Diagnosis) -> None:
+def _mark_none(marks: Grade, _: list[str], diagnosis: GradedDiagnosis) -> None:
     marks.false_alarms.add(diagnosis.verdict != "adequate")
 
 
-def _mark_outside(marks: Grade, _: list[str], diagnosis: Diagnosis) -> None:
+def _mark_outside(marks: Grade, _: list[str], diagnosis: GradedDiagnosis) -> None:
     marks.unexplained.add(diagnosis.verdict == "unexplained")
 
 
-def _mark_spoilt(marks: Grade, effects: list[str], diagnosis: Diagnosis) -> None:
+def _mark_spoilt(marks: Grade, effects: list[str], diagnosis: GradedDiagnosis) -> None:
     marks.spoilt.add(effects[0] in diagnosis.says)
 
 
 _MARKERS = {
-    Kind.one: _mark_one,
-    Kind.absorbed: _mark_absorbed,
-    Kind.two: _mark_two,
-    Kind.none: _mark_none,
-    Kind.outside: _mark_outside,
-    Kind.spoilt: _mark_spoilt,
+    HiddenKind.one: _mark_one,
+    HiddenKind.absorbed: _mark_absorbed,
+    HiddenKind.two: _mark_two,
+    HiddenKind.none: _mark_none,
+    HiddenKind.outside: _mark_outside,
+    HiddenKind.spoilt: _mark_spoilt,
 }

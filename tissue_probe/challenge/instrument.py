@@ -13,7 +13,7 @@ from scipy.signal import lfilter
 
 from tissue_probe.signals import FloatArray
 
-SAMPLE_RATE = 2_000
+CHALLENGE_RATE = 2_000
 """Samples a second [Hz]."""
 
 FORCE_NOISE = 0.005
@@ -24,7 +24,7 @@ ENCODER_STEP = 1e-7
 
 
 @dataclass(frozen=True)
-class Instrument:
+class InstrumentErrors:
     """Errors of the two channels; SI units, defaults without effect.
 
     Attributes
@@ -99,8 +99,8 @@ class Instrument:
         noise : array, shape (n,)
             Added before the converter clips or repeats [N].
         """
-        late = self._late(force, rate)[before :: rate // SAMPLE_RATE]
-        time = np.arange(late.size) / SAMPLE_RATE
+        late = self._late(force, rate)[before :: rate // CHALLENGE_RATE]
+        time = np.arange(late.size) / CHALLENGE_RATE
         return self._convert_force((1.0 + self.gain) * late + self._add_disturbances(time) + noise)
 
     def position(self, u: FloatArray) -> FloatArray:
@@ -144,7 +144,7 @@ class Instrument:
 
 def pink_noise(count: int, random: np.random.Generator) -> FloatArray:
     """Return noise whose power falls as 1/f from 1 / duration to 1 kHz, rms 1 (expected)."""
-    frequency = np.fft.rfftfreq(count, 1.0 / SAMPLE_RATE)
+    frequency = np.fft.rfftfreq(count, 1.0 / CHALLENGE_RATE)
     weight = np.zeros_like(frequency)
     weight[1:] = frequency[1:] ** -0.5
     shaped = np.fft.irfft(np.fft.rfft(random.standard_normal(count)) * weight, count)

@@ -1,13 +1,13 @@
 """Effects in the two channels: scale, offset, hum, timing, encoder, converter.
 
-Contents: what each sets of an ``Instrument``.
+Contents: what each sets of an ``InstrumentErrors``.
 """
 
 from __future__ import annotations
 
 import numpy as np
 
-from tissue_probe.challenge.change import Change, Effect, Situation, sign
+from tissue_probe.challenge.change import Change, HiddenEffect, Situation, sign
 
 Random = np.random.Generator
 
@@ -66,20 +66,20 @@ def _stuck_samples(strength: float, at: Situation, random: Random) -> Change:
     return Change(instrument={"stuck": round(strength), "stuck_times": tuple(times.tolist())})
 
 
-INSTRUMENTAL: dict[str, Effect] = {
-    "force_gain": Effect("scale", _force_gain, 2e-3, 0.1, 0.4),
-    "force_bias": Effect("offset", _force_bias, 1e-3, 0.03, 0.5),
-    "force_drift": Effect("offset", _force_drift, 1e-3, 0.05, 1.0),
-    "mains_hum": Effect("hum", _mains_hum, 2e-3, 0.02, 0.5),
-    "force_lag": Effect("timing", _force_lag, 1e-5, 1e-3, 2e-2),
-    "channel_delay": Effect("timing", _channel_delay, 1e-5, 1e-3, 1e-2),
-    "encoder_quantization": Effect("encoder", _encoder_quantization, 5e-7, 1e-5, 1e-4),
-    "encoder_interpolation": Effect("encoder", _encoder_interpolation, 5e-8, 1e-6, 3e-6),
+INSTRUMENTAL: dict[str, HiddenEffect] = {
+    "force_gain": HiddenEffect("scale", _force_gain, 2e-3, 0.1, 0.4),
+    "force_bias": HiddenEffect("offset", _force_bias, 1e-3, 0.03, 0.5),
+    "force_drift": HiddenEffect("offset", _force_drift, 1e-3, 0.05, 1.0),
+    "mains_hum": HiddenEffect("hum", _mains_hum, 2e-3, 0.02, 0.5),
+    "force_lag": HiddenEffect("timing", _force_lag, 1e-5, 1e-3, 2e-2),
+    "channel_delay": HiddenEffect("timing", _channel_delay, 1e-5, 1e-3, 1e-2),
+    "encoder_quantization": HiddenEffect("encoder", _encoder_quantization, 5e-7, 1e-5, 1e-4),
+    "encoder_interpolation": HiddenEffect("encoder", _encoder_interpolation, 5e-8, 1e-6, 3e-6),
 }
 """Effects of the library that lie in the channels, by name."""
 
-SPOILT: dict[str, Effect] = {
-    "adc_saturation": Effect("converter", _adc_saturation, 5e-3, 0.15, 0.4),
-    "stuck_samples": Effect("converter", _stuck_samples, 5.0, 20.0, 50.0),
+SPOILING_EFFECTS: dict[str, HiddenEffect] = {
+    "adc_saturation": HiddenEffect("converter", _adc_saturation, 5e-3, 0.15, 0.4),
+    "stuck_samples": HiddenEffect("converter", _stuck_samples, 5.0, 20.0, 50.0),
 }
 """Faults of the converter by name: answers of a diagnosis that are no models."""

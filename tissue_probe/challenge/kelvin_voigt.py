@@ -10,7 +10,7 @@ import numpy as np
 from scipy.optimize import least_squares
 from scipy.signal import lfilter
 
-from tissue_probe.challenge.instrument import FORCE_NOISE, SAMPLE_RATE
+from tissue_probe.challenge.instrument import CHALLENGE_RATE, FORCE_NOISE
 from tissue_probe.challenge.specimen import Specimen
 from tissue_probe.challenge.tolerances import Tolerances
 from tissue_probe.signals import FloatArray
@@ -78,10 +78,10 @@ def _force(
 
 def _first_order(driven: FloatArray, pole: complex) -> FloatArray:
     """Return the response of 1 / (s - pole) to a signal that runs straight between samples."""
-    z = pole / SAMPLE_RATE
+    z = pole / CHALLENGE_RATE
     decay = np.exp(z)
     new, old = (decay - 1.0 - z) / z**2, (1.0 - decay + z * decay) / z**2
-    return lfilter([new / SAMPLE_RATE, old / SAMPLE_RATE], [1.0, -decay], driven)
+    return lfilter([new / CHALLENGE_RATE, old / CHALLENGE_RATE], [1.0, -decay], driven)
 
 
 def _raise_bend(coil: FloatArray) -> FloatArray:
@@ -93,7 +93,7 @@ def _raise_bend(coil: FloatArray) -> FloatArray:
 
 def _free_motion(count: int, poles: tuple[complex, complex]) -> FloatArray:
     """Return the tip's two free motions, shape (n, 2)."""
-    time = np.arange(count) / SAMPLE_RATE
+    time = np.arange(count) / CHALLENGE_RATE
     swing = np.exp(poles[0] * time)
     if np.iscomplexobj(swing):
         return np.column_stack([swing.real, swing.imag])

@@ -11,7 +11,7 @@ from functools import cached_property
 import numpy as np
 from scipy.interpolate import BPoly, BSpline
 
-from tissue_probe.challenge.instrument import SAMPLE_RATE
+from tissue_probe.challenge.instrument import CHALLENGE_RATE
 from tissue_probe.signals import FloatArray
 
 
@@ -76,7 +76,7 @@ class Measured:
     def _round(self) -> tuple[float, BPoly]:
         """When the motion comes nearest to its beginning again [s], and what closes the round."""
         orders = [self.course.derivative(order) for order in range(3)]
-        time = np.arange(round(self.duration * SAMPLE_RATE)) / SAMPLE_RATE
+        time = np.arange(round(self.duration * CHALLENGE_RATE)) / CHALLENGE_RATE
         off = sum(((each(time) - each(0.0)) / np.std(each(time))) ** 2 for each in orders)
         late = time.size // 2
         length = time[late + np.argmin(off[late:])]
@@ -87,5 +87,5 @@ class Measured:
 
 def time_scale(course: BSpline, duration: float) -> float:
     """Return the rms of a motion over that of its speed [s]."""
-    time = np.arange(0.0, duration, 1.0 / SAMPLE_RATE)
+    time = np.arange(0.0, duration, 1.0 / CHALLENGE_RATE)
     return float(np.std(course(time)) / np.sqrt(np.mean(course.derivative()(time) ** 2)))

@@ -9,7 +9,7 @@ from math import gamma, pi
 
 import numpy as np
 
-from tissue_probe.challenge.change import Change, Effect, Situation, log_uniform, sign
+from tissue_probe.challenge.change import Change, HiddenEffect, Situation, log_uniform, sign
 
 Random = np.random.Generator
 
@@ -229,35 +229,35 @@ def _stiffness_ramp(strength: float, at: Situation, random: Random) -> Change:
     return Change({"ramp": sign(random) * strength / at.duration})
 
 
-MECHANICAL: dict[str, Effect] = {
-    "standard_linear_solid": Effect("relaxation", _standard_linear_solid, 3e-3, 0.5, 10.0),
-    "generalized_maxwell": Effect("relaxation", _generalized_maxwell, 3e-3, 0.5, 10.0),
-    "springpot": Effect("relaxation", _springpot, 3e-3, 0.5, 10.0),
-    "quasi_linear_relaxation": Effect(
+MECHANICAL: dict[str, HiddenEffect] = {
+    "standard_linear_solid": HiddenEffect("relaxation", _standard_linear_solid, 3e-3, 0.5, 10.0),
+    "generalized_maxwell": HiddenEffect("relaxation", _generalized_maxwell, 3e-3, 0.5, 10.0),
+    "springpot": HiddenEffect("relaxation", _springpot, 3e-3, 0.5, 10.0),
+    "quasi_linear_relaxation": HiddenEffect(
         *("relaxation", _quasi_linear_relaxation, 3e-3, 0.5, 10.0),
         beside=(
             *("cubic_stiffening", "exponential_stiffening", "hertz_contact"),
             "saturating_spring",
         ),
     ),
-    "cubic_stiffening": Effect("stiffening", _cubic_stiffening, 1e-3, 0.3, 10.0),
-    "exponential_stiffening": Effect("stiffening", _exponential_stiffening, 1e-3, 0.5, 3.0),
-    "hertz_contact": Effect("stiffening", _hertz_contact, 0.1, 0.5, 1.5, sets_preload=True),
-    "saturating_spring": Effect("stiffening", _saturating_spring, 0.03, 0.7, 6.0),
-    "bilinear_spring": Effect("stiffening", _bilinear_spring, 1e-3, 0.5, 10.0),
-    "nonlinear_damping": Effect("damping", _nonlinear_damping, 1e-3, 0.3, 30.0),
-    "hunt_crossley": Effect("stiffening", _hunt_crossley, 3e-3, 1.0, 30.0),
-    "contact_loss": Effect("contact", _contact_loss, 0.01, 0.5, 1.0, sets_preload=True),
-    "adhesion": Effect("contact", _adhesion, 0.1, 0.5, 1.0, sets_preload=True),
-    "coulomb_friction": Effect("friction", _coulomb_friction, 1e-3, 0.1, 0.6),
-    "stribeck_friction": Effect("friction", _stribeck_friction, 1e-3, 0.1, 0.4),
-    "bouc_wen_hysteresis": Effect("friction", _bouc_wen_hysteresis, 1e-3, 0.2, 2.0),
-    "backlash": Effect("lost motion", _backlash, 1e-7, 3e-5, 3e-4, sets_preload=True),
-    "added_mass": Effect("inertia", _added_mass, 3e-3, 0.3, 3.0),
-    "structural_mode": Effect("inertia", _structural_mode, 3e-3, 0.2, 2.0),
-    "load_cell_stiffness_error": Effect("scale", _load_cell_stiffness_error, 2e-3, 0.1, 0.4),
-    "tissue_motion": Effect("body motion", _tissue_motion, 1e-6, 1e-4, 2e-3),
-    "stiffness_step": Effect("time-varying", _stiffness_step, 1e-3, 0.2, 0.8),
-    "stiffness_ramp": Effect("time-varying", _stiffness_ramp, 1e-3, 0.2, 0.8),
+    "cubic_stiffening": HiddenEffect("stiffening", _cubic_stiffening, 1e-3, 0.3, 10.0),
+    "exponential_stiffening": HiddenEffect("stiffening", _exponential_stiffening, 1e-3, 0.5, 3.0),
+    "hertz_contact": HiddenEffect("stiffening", _hertz_contact, 0.1, 0.5, 1.5, sets_preload=True),
+    "saturating_spring": HiddenEffect("stiffening", _saturating_spring, 0.03, 0.7, 6.0),
+    "bilinear_spring": HiddenEffect("stiffening", _bilinear_spring, 1e-3, 0.5, 10.0),
+    "nonlinear_damping": HiddenEffect("damping", _nonlinear_damping, 1e-3, 0.3, 30.0),
+    "hunt_crossley": HiddenEffect("stiffening", _hunt_crossley, 3e-3, 1.0, 30.0),
+    "contact_loss": HiddenEffect("contact", _contact_loss, 0.01, 0.5, 1.0, sets_preload=True),
+    "adhesion": HiddenEffect("contact", _adhesion, 0.1, 0.5, 1.0, sets_preload=True),
+    "coulomb_friction": HiddenEffect("friction", _coulomb_friction, 1e-3, 0.1, 0.6),
+    "stribeck_friction": HiddenEffect("friction", _stribeck_friction, 1e-3, 0.1, 0.4),
+    "bouc_wen_hysteresis": HiddenEffect("friction", _bouc_wen_hysteresis, 1e-3, 0.2, 2.0),
+    "backlash": HiddenEffect("lost motion", _backlash, 1e-7, 3e-5, 3e-4, sets_preload=True),
+    "added_mass": HiddenEffect("inertia", _added_mass, 3e-3, 0.3, 3.0),
+    "structural_mode": HiddenEffect("inertia", _structural_mode, 3e-3, 0.2, 2.0),
+    "load_cell_stiffness_error": HiddenEffect("scale", _load_cell_stiffness_error, 2e-3, 0.1, 0.4),
+    "tissue_motion": HiddenEffect("body motion", _tissue_motion, 1e-6, 1e-4, 2e-3),
+    "stiffness_step": HiddenEffect("time-varying", _stiffness_step, 1e-3, 0.2, 0.8),
+    "stiffness_ramp": HiddenEffect("time-varying", _stiffness_ramp, 1e-3, 0.2, 0.8),
 }
 """Effects of the library that lie in the mechanics, by name."""

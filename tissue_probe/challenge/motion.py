@@ -23,16 +23,16 @@ from tissue_probe.challenge.tip import (
 from tissue_probe.challenge.trajectory import Trajectory
 from tissue_probe.signals import FloatArray
 
-RATE = 40_000
+MOTION_RATE = 40_000
 """Steps of the integration a second [Hz]."""
 
 BISECTIONS = 30  # of a step of 25 us: events are located to 2e-14 s
-EVENTS = 20  # at most in one step, should a mode chatter
+SWITCHES_IN_STEP = 20  # at most in one step, should a mode chatter
 TRIAL, STAGE, SLOPES = 0, 1, 2  # rows of the working memory
 
 
 @lru_cache(maxsize=4)
-def move(specimen: Specimen, trajectory: Trajectory, rate: int = RATE) -> FloatArray:
+def move(specimen: Specimen, trajectory: Trajectory, rate: int = MOTION_RATE) -> FloatArray:
     """Return the force of the load cell's spring [N] at ``rate``, the lead included.
 
     F = k0 (u - x), positive in compression; none where the coil is in the gap of the play. Motion
@@ -79,7 +79,7 @@ def _integrate(p, start, period, u, u_rate):
 def _advance(p, start, period, step, u, u_rate, state, modes, work):
     """Advance all states by one period, stopping at every event."""
     done = 0.0
-    for _ in range(EVENTS):
+    for _ in range(SWITCHES_IN_STEP):
         mode = _try(p, start, period, step, done, 1.0 - done, u, u_rate, state, modes, work)
         if mode < 0:
             break

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from tissue_probe.challenge.change import Change, Effect, Situation, log_uniform, sign
+from tissue_probe.challenge.change import Change, HiddenEffect, Situation, log_uniform, sign
 
 Random = np.random.Generator
 
@@ -49,12 +49,12 @@ def _parametric_damping(strength: float, at: Situation, random: Random) -> Chang
     return Change({"damping_wave": strength, "damping_wave_frequency": frequency})
 
 
-OUTSIDE: dict[str, Effect] = {
-    "prandtl_tomlinson": Effect("outside", _prandtl_tomlinson, 2e-3, 0.05, 0.5),
-    "zero_jump": Effect("outside", _zero_jump, 2e-3, 0.05, 1.0),
-    "rate_stiffening": Effect("outside", _rate_stiffening, 5e-4, 0.3, 5.0),
-    "amplitude_softening": Effect("outside", _amplitude_softening, 1e-3, 1.2, 10.0),
-    "interference_bursts": Effect("outside", _interference_bursts, 2e-3, 0.03, 0.5),
-    "parametric_damping": Effect("outside", _parametric_damping, 1e-3, 0.3, 0.95),
+OUTSIDE: dict[str, HiddenEffect] = {
+    "prandtl_tomlinson": HiddenEffect("outside", _prandtl_tomlinson, 2e-3, 0.05, 0.5),
+    "zero_jump": HiddenEffect("outside", _zero_jump, 2e-3, 0.05, 1.0),
+    "rate_stiffening": HiddenEffect("outside", _rate_stiffening, 5e-4, 0.3, 5.0),
+    "amplitude_softening": HiddenEffect("outside", _amplitude_softening, 1e-3, 1.2, 10.0),
+    "interference_bursts": HiddenEffect("outside", _interference_bursts, 2e-3, 0.03, 0.5),
+    "parametric_damping": HiddenEffect("outside", _parametric_damping, 1e-3, 0.3, 0.95),
 }
 """Effects outside the library, by name."""

@@ -11,7 +11,7 @@ from scipy.interpolate import BSpline, CubicSpline, make_lsq_spline
 from scipy.ndimage import uniform_filter1d
 from scipy.signal import welch
 
-from tissue_probe.challenge.instrument import SAMPLE_RATE
+from tissue_probe.challenge.instrument import CHALLENGE_RATE
 from tissue_probe.challenge.measured import Measured, time_scale
 from tissue_probe.errors import ParameterError
 from tissue_probe.signals import FloatArray
@@ -28,15 +28,18 @@ DEEPEST = 10e-3
 LIFTED = 0.5
 """How far the mean may lie above the surface, over the amplitude [-]."""
 
-FEWEST = 100  # samples of a record
+FEWEST_SAMPLES = 100  # samples of a record
 MISSED = 3  # samples in a row that may be missing or not known
 A_CYCLE = 2.5  # samples of a cycle of the fastest motion, at least
-SHARE = 0.98  # of the power of a motion, which lies below its highest frequency
+POWER_SHARE = 0.98  # of the power of a motion, which lies below its highest frequency
 RESOLVED, BINS = 0.5, 5  # s, of which spectra are made to find the band, and lines taken together
-WINDOW = ("general_cosine", (0.375, 0.5, 0.125))  # Hann's, squared: large motions leak less
+SPECTRUM_WINDOW = (
+    "general_cosine",
+    (0.375, 0.5, 0.125),
+)  # Hann's, squared: large motions leak less
 ABOVE = 4.0  # times the noise: power that is motion
 KNOTS = 8.0  # of a spline to a cycle of the band's end: it is off by less than 1e-5 there
-SLOW = 0.1  # speed over its rms, below which a record begins at rest
+REST_SPEED = 0.1  # speed over its rms, below which a record begins at rest
 
 
 def follow(
@@ -73,7 +76,7 @@ def follow(
     highest = _highest(moved, period)
     _check_motion(moved, preload, highest * period, source)
     course = _smooth_motion(grid, moved)
-    duration = (int(time[-1] * SAMPLE_RATE + 1e-6) + 1) / SAMPLE_RATE
+    duration = (int(time[-1] * CHALLENGE_RATE + 1e-6) + 1) / CHALLENGE_RATE
     amplitude = float(np.abs(course(grid)).max())
     course = BSpline(course.t, course.c / amplitude, course.k)
     rested = _sets_out_slowly(course, duration) if at_rest is None else at_rest
@@ -82,8 +85,10 @@ def follow(
 
 def _check_time(time: FloatArray, source: str) -> None:
     """Refuse records that are too short, too long, or have gaps."""
-    if time.size < FEWEST:
-        raise ParameterError(f"{source}: {time.size} positions are known; give {FEWEST} at least")
+    if time.size < FEWEST_SAMPLES:
+        raise ParameterError(
+            f"{source}: {time.size} positions are known; give {FEWEST_SAMPLES} at least"
+        )
     steps = np.diff(time)
     usual = float(np.median(steps))
     lasts = time[-1] - time[0] + usual
@@ -129,7 +134,7 @@ def _check_motion(moved: FloatArray, preload: float, pace: float, source: str) -
 
 def _highest(moved: FloatArray, period: float) -> float:
     power = dct(moved) ** 2  # which knows no jump from the record's end to its beginning
-    place = np.searchsorted(np.cumsum(power), SHARE * power.sum())
+    place = np.searchsorted(np.cumsum(power), POWER_SHARE * power.sum())
     return max(float(place) / (2.0 * moved.size * period), 1.0)
 
 
@@ -137,11 +142,11 @@ def _smooth_motion(grid: FloatArray, moved: FloatArray) -> BSpline:
     """Fit a quintic spline whose knots are as close as the band in which there is motion asks."""
     period = grid[1]
     length = min(round(RESOLVED / period), moved.size)
-    frequency, power = welch(moved, 1.0 / period, WINDOW, length, detrend="linear")
+    frequency, power = welch(moved, 1.0 / period, SPECTRUM_WINDOW, length, detrend="linear")
     moving = uniform_filter1d(power, BINS) > ABOVE * np.mean(power[power.size // 2 :])
     band = max(frequency[moving].max(initial=0.0), BINS / RESOLVED)
     # No closer than the samples can tell, or those of the recordings that are made.
-    apart = max(1.0 / (KNOTS * band), 1.25 * period, 1.0 / SAMPLE_RATE)
+    apart = max(1.0 / (KNOTS * band), 1.25 * period, 1.0 / CHALLENGE_RATE)
     inner = np.linspace(0.0, grid[-1], int(grid[-1] / apart) + 1)
     # Two less at either end: there the samples tell no more than elsewhere.
     knots = np.concatenate([np.zeros(6), inner[3:-3], np.full(6, grid[-1])])
@@ -151,6 +156,6 @@ def _smooth_motion(grid: FloatArray, moved: FloatArray) -> BSpline:
 def _sets_out_slowly(course: BSpline, duration: float) -> bool:
     """Whether the speed is next to nothing for as long as a motion takes to cross its rms."""
     speed = course.derivative()
-    first = speed(np.linspace(0.0, time_scale(course, duration), FEWEST))
-    everywhere = speed(np.arange(0.0, duration, 1.0 / SAMPLE_RATE))
-    return bool(np.mean(first**2) < SLOW**2 * np.mean(everywhere**2))
+    first = speed(np.linspace(0.0, time_scale(course, duration), FEWEST_SAMPLES))
+    everywhere = speed(np.arange(0.0, duration, 1.0 / CHALLENGE_RATE))
+    return bool(np.mean(first**2) < REST_SPEED**2 * np.mean(everywhere**2))

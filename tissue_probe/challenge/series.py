@@ -10,15 +10,15 @@ from typing import Literal
 
 import numpy as np
 
-from tissue_probe.challenge.instrumental import SPOILT
+from tissue_probe.challenge.instrumental import SPOILING_EFFECTS
 from tissue_probe.challenge.outside import OUTSIDE
 from tissue_probe.challenge.simulator import (
     EFFECTS,
     LIBRARY,
     WEAKEST_OF_TWO,
-    Answer,
     Challenge,
     Excitation,
+    HiddenTruth,
     Rig,
     make_challenge,
 )
@@ -34,10 +34,10 @@ Hide = Literal["one", "two", "none", "outside", "spoilt", "mixed"]
 SHARES: dict[str, float] = {"one": 0.6, "two": 0.15, "none": 0.1, "outside": 0.1, "spoilt": 0.05}
 """What a recording may hide, and how often it does in ``mixed``."""
 
-_ALONE = {name: effect for name, effect in LIBRARY.items() if not effect.beside}
-PACKS = {"one": _ALONE, "outside": OUTSIDE, "spoilt": SPOILT}
+_NOT_BESIDE = {name: effect for name, effect in LIBRARY.items() if not effect.beside}
+PACKS = {"one": _NOT_BESIDE, "outside": OUTSIDE, "spoilt": SPOILING_EFFECTS}
 
-SHOWN = 0.95 * WEAKEST_OF_TWO
+SHOWN_ALONE = 0.95 * WEAKEST_OF_TWO
 """What each of two effects must leave alone, in units of the noise."""
 
 BEYOND = ABSORBED
@@ -46,7 +46,7 @@ BEYOND = ABSORBED
 ANY = "any"
 """An excitation drawn for each recording."""
 
-PAIRS = 20
+PAIRS_TRIED = 20
 """How many pairs are tried until both effects show; of named excitations three in four do."""
 
 
@@ -76,7 +76,7 @@ def _hide_showing(
 ) -> Challenge:
     """Hide effects, or others in their place if they are two and do not both show."""
     seed = int(random.integers(2**32))
-    for _ in range(PAIRS):
+    for _ in range(PAIRS_TRIED):
         challenge = make_challenge(seed, effects, excitation, rig)
         if all_show(challenge.answer):
             return challenge
@@ -84,11 +84,11 @@ def _hide_showing(
     return make_challenge(seed, effects[:1], excitation, rig)
 
 
-def all_show(answer: Answer) -> bool:
+def all_show(answer: HiddenTruth) -> bool:
     """Whether each of several effects leaves something alone, beyond the rig's tolerances too."""
     if len(answer.effects) < 2:
         return True
-    return min(answer.ratios.values()) >= SHOWN and min(answer.shown.values()) >= BEYOND
+    return min(answer.ratios.values()) >= SHOWN_ALONE and min(answer.shown.values()) >= BEYOND
 
 
 def deal(hide: Hide, count: int, random: np.random.Generator) -> list[Effects]:

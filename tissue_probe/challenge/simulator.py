@@ -12,24 +12,29 @@ from typing import Any, Literal
 import numpy as np
 
 from tissue_probe.challenge.case import Case
-from tissue_probe.challenge.change import Change, Effect, log_uniform
+from tissue_probe.challenge.change import Change, HiddenEffect, log_uniform
 from tissue_probe.challenge.coil import Coil
-from tissue_probe.challenge.instrument import FORCE_NOISE, SAMPLE_RATE, Instrument, pink_noise
-from tissue_probe.challenge.instrumental import INSTRUMENTAL, SPOILT
+from tissue_probe.challenge.instrument import (
+    CHALLENGE_RATE,
+    FORCE_NOISE,
+    InstrumentErrors,
+    pink_noise,
+)
+from tissue_probe.challenge.instrumental import INSTRUMENTAL, SPOILING_EFFECTS
 from tissue_probe.challenge.measured import Measured
 from tissue_probe.challenge.mechanical import MECHANICAL
 from tissue_probe.challenge.outside import OUTSIDE
 from tissue_probe.challenge.specimen import Specimen
 from tissue_probe.challenge.strength import Hidden, hide
 from tissue_probe.challenge.tolerances import Tolerances
-from tissue_probe.challenge.trajectory import DURATIONS, LINES, Kind, Trajectory
+from tissue_probe.challenge.trajectory import DURATIONS, MULTISINE_LINES, Kind, Trajectory
 from tissue_probe.errors import ParameterError
 from tissue_probe.signals import FloatArray
 
-LIBRARY: dict[str, Effect] = {**MECHANICAL, **INSTRUMENTAL}
+LIBRARY: dict[str, HiddenEffect] = {**MECHANICAL, **INSTRUMENTAL}
 """Effects that a diagnosis should name."""
 
-EFFECTS: dict[str, Effect] = {**LIBRARY, **OUTSIDE, **SPOILT}
+EFFECTS: dict[str, HiddenEffect] = {**LIBRARY, **OUTSIDE, **SPOILING_EFFECTS}
 """Everything that can be hidden, by name."""
 
 Rig = Literal["exact", "tolerant"]
@@ -42,17 +47,17 @@ WEAKEST_OF_TWO = 2.0
 
 
 @dataclass(frozen=True)
-class Measurement:
+class SimulatedRecord:
     """What the probe measured, 2 kHz; time [s], position [m], force [N], sample period [s]."""
 
     time: FloatArray
     position: FloatArray
     force: FloatArray
-    sample_period: float = 1.0 / SAMPLE_RATE
+    sample_period: float = 1.0 / CHALLENGE_RATE
 
 
 @dataclass(frozen=True)
-class Answer:
+class HiddenTruth:
     """What was hidden.
 
     Attributes
@@ -102,9 +107,9 @@ class Answer:
 class Challenge:
     """A recording, a second one of the same specimen with another trajectory, and the answer."""
 
-    recording: Measurement
-    second: Measurement
-    answer: Answer
+    recording: SimulatedRecord
+    second: SimulatedRecord
+    answer: HiddenTruth
 
 
 def make_challenge(
@@ -156,7 +161,7 @@ def make_challenge(
     case, hidden = _hide(effects, clean, random, tolerances)
     second = _phases_anew(replace(case, trajectory=other), random)
     second = second.press_in(case.trajectory.preload)
-    answer = Answer(
+    answer = HiddenTruth(
         effects=tuple(effects),
         families=tuple(EFFECTS[name].family for name in effects),
         parameters={name: _parameters(hidden[name].change) for name in effects},
@@ -190,15 +195,15 @@ def _check(effects: Sequence[str], excitation: Excitation, rig: str) -> None:
 
 def _rig_and_tissue(
     random: np.random.Generator, tolerances: Tolerances | None
-) -> tuple[Specimen, Instrument]:
+) -> tuple[Specimen, InstrumentErrors]:
     tissue = Specimen(
         stiffness=log_uniform(random, 150.0, 3000.0), damping=log_uniform(random, 0.5, 15.0)
     )
     deviations = random.standard_normal(len(Tolerances._fields))
     if tolerances is None:
-        return tissue, Instrument()
+        return tissue, InstrumentErrors()
     specimen, zero = tolerances.draw_rig(tissue, deviations)
-    return specimen, Instrument(contact_zero=zero, pink_noise=PINK_NOISE)
+    return specimen, InstrumentErrors(contact_zero=zero, pink_noise=PINK_NOISE)
 
 
 def _trajectories(
@@ -214,7 +219,7 @@ def _trajectories(
 
 
 def _trajectory(random: np.random.Generator, kind: str, duration: float, coil: Coil) -> Trajectory:
-    phases = tuple(random.uniform(0.0, 2.0 * np.pi, LINES).tolist())
+    phases = tuple(random.uniform(0.0, 2.0 * np.pi, MULTISINE_LINES).tolist())
     return Trajectory(kind, random.uniform(0.8e-3, 1.2e-3), duration, phases=phases, coil=coil)
 
 
@@ -245,12 +250,12 @@ def _phases_anew(case: Case, random: np.random.Generator) -> Case:
     )
 
 
-def _measure(case: Case, random: np.random.Generator) -> Measurement:
+def _measure(case: Case, random: np.random.Generator) -> SimulatedRecord:
     count = case.samples
     noise = FORCE_NOISE * random.standard_normal(count)
     noise += case.instrument.pink_noise * pink_noise(count, random)
     position, force = case.measure(noise)
-    return Measurement(np.arange(count) / SAMPLE_RATE, position, force)
+    return SimulatedRecord(np.arange(count) / CHALLENGE_RATE, position, force)
 
 
 def _parameters(change: Change) -> dict[str, Any]:

@@ -83,7 +83,7 @@ class Specimen(NamedTuple):
         """Return the numbers as one record that compiled code takes by reference."""
         record = np.zeros((), _RECORD)
         for name, value in self._asdict().items():
-            if name in _BRANCHES:
+            if name in _BRANCH_VALUES:
                 record[name][: len(value)] = value
             else:
                 record[name] = value
@@ -91,8 +91,11 @@ class Specimen(NamedTuple):
         return record[()]
 
 
-_BRANCHES = ("branch_stiffness", "branch_rate")
+_BRANCH_VALUES = ("branch_stiffness", "branch_rate")
 _RECORD = np.dtype(
-    [(name, np.float64, (MOST_BRANCHES,) if name in _BRANCHES else ()) for name in Specimen._fields]
+    [
+        (name, np.float64, (MOST_BRANCHES,) if name in _BRANCH_VALUES else ())
+        for name in Specimen._fields
+    ]
     + [("branches", np.int64, ())]
 )

@@ -11,18 +11,18 @@ from dataclasses import dataclass
 import numpy as np
 
 from tissue_probe.challenge.case import Case
-from tissue_probe.challenge.change import Change, Effect
+from tissue_probe.challenge.change import Change, HiddenEffect
 from tissue_probe.challenge.tolerances import Tolerances
 
 SEARCH_RATE = 8_000
 """Steps a second while searching [Hz]; the challenge itself is simulated at 40 kHz."""
 
-TOLERANCE = 0.02  # of the logarithm of the excess
-TRIALS = 12
+STRENGTH_TOLERANCE = 0.02  # of the logarithm of the excess
+STRENGTHS_TRIED = 12
 ABSORBED = 1.05
 """Ratio below which an effect counts as absorbed by the Kelvin-Voigt model."""
 
-SHOWN = 1.2
+FAINTEST_RATIO = 1.2
 """Ratio that an effect leaves at least, if any strength does."""
 
 
@@ -54,7 +54,7 @@ class Hidden:
 
 
 def hide(
-    effect: Effect, case: Case, target: float, seed: int, tolerances: Tolerances | None = None
+    effect: HiddenEffect, case: Case, target: float, seed: int, tolerances: Tolerances | None = None
 ) -> Hidden:
     """Find the strength at which an effect leaves ``target`` times the noise.
 
@@ -78,7 +78,7 @@ def hide(
     return Hidden(made, strength, target, reached, shown, absorbed=reached < ABSORBED)
 
 
-def _reach(ratio: Callable[[float], float], effect: Effect, target: float) -> float:
+def _reach(ratio: Callable[[float], float], effect: HiddenEffect, target: float) -> float:
     """Find where the ratio is the target, by secants on logarithms kept within a bracket.
 
     The excess over the noise grows about as the strength, so that the first secant is near.
@@ -90,7 +90,7 @@ def _reach(ratio: Callable[[float], float], effect: Effect, target: float) -> fl
 
     low, place, high = np.log([effect.weakest, effect.typical, effect.strongest])
     slope, errors = 1.0, {place: excess(place)}
-    while abs(errors[place]) > TOLERANCE and len(errors) < TRIALS:
+    while abs(errors[place]) > STRENGTH_TOLERANCE and len(errors) < STRENGTHS_TRIED:
         low, high = (place, high) if errors[place] < 0.0 else (low, place)
         following = float(np.clip(place - errors[place] / slope, low, high))
         if following in errors:  # beyond what is known to be too weak or too strong
@@ -101,6 +101,6 @@ def _reach(ratio: Callable[[float], float], effect: Effect, target: float) -> fl
         rise = (errors[following] - errors[place]) / (following - place)
         slope, place = float(np.clip(rise, 0.3, 10.0)), following
     # Some effects set in with a jump: rather one that shows too well than one that does not.
-    faintest = 0.5 * np.log((SHOWN**2 - 1.0) / (target**2 - 1.0))
+    faintest = 0.5 * np.log((FAINTEST_RATIO**2 - 1.0) / (target**2 - 1.0))
     shown = [place for place, error in errors.items() if error >= faintest]
     return float(np.exp(min(shown or errors, key=lambda place: abs(errors[place]))))

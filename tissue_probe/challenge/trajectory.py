@@ -28,7 +28,7 @@ DURATIONS: dict[str, float] = {
 }
 """Excitations by name, and how long each is recorded [s]."""
 
-HIGHEST: dict[str, float] = {
+HIGHEST_FREQUENCY: dict[str, float] = {
     "sine10": 10.0,
     "sine10ss": 10.0,
     "stepped30": 30.0,
@@ -40,9 +40,9 @@ HIGHEST: dict[str, float] = {
 PRESSING = 0.5  # s, in which the probe is pressed in to its preload
 ESTABLISHING = 2.0  # s of motion before a record in steady state
 FADING = 0.1  # s, in which motions begin that would jump otherwise
-STEPS = (1.0, 2.0, 5.0, 10.0, 15.0, 20.0, 25.0, 30.0)  # Hz, equally long
-STEP_WIDTH = 0.02  # s, in which one frequency passes to the next
-LINES = 60  # of the multisine, 1 Hz apart
+STAIRCASE_FREQUENCIES = (1.0, 2.0, 5.0, 10.0, 15.0, 20.0, 25.0, 30.0)  # Hz, equally long
+CORNER_WIDTH = 0.02  # s, in which one frequency passes to the next
+MULTISINE_LINES = 60  # of the multisine, 1 Hz apart
 
 
 @dataclass(frozen=True)
@@ -78,7 +78,7 @@ class Trajectory:
     duration: float
     preload: float = 0.0
     hold: float = 0.0
-    phases: tuple[float, ...] = (0.0,) * LINES
+    phases: tuple[float, ...] = (0.0,) * MULTISINE_LINES
     coil: Coil = PERFECT
     measured: Measured | None = None
 
@@ -96,7 +96,7 @@ class Trajectory:
     @property
     def highest(self) -> float:
         """Highest frequency of the motion [Hz]."""
-        return HIGHEST[self.kind] if self.measured is None else self.measured.highest
+        return HIGHEST_FREQUENCY[self.kind] if self.measured is None else self.measured.highest
 
     @property
     def from_rest(self) -> bool:
@@ -162,13 +162,16 @@ def _step_frequency(time: FloatArray, duration: float) -> tuple[FloatArray, Floa
 
     The rounding keeps the velocity continuous; the angle takes the integral of ``_smooth``.
     """
-    cycles, frequency = STEPS[0] * time, np.full_like(time, STEPS[0])
-    for number, rise in enumerate(np.diff(STEPS), start=1):
-        begin = number * duration / len(STEPS)
-        first, last = np.searchsorted(time, (begin, begin + STEP_WIDTH))
-        s = (time[first:last] - begin) / STEP_WIDTH
-        cycles[first:last] += rise * STEP_WIDTH * s**4 * (2.5 - 3.0 * s + s**2)
-        cycles[last:] += rise * (time[last:] - begin - 0.5 * STEP_WIDTH)
+    cycles, frequency = (
+        STAIRCASE_FREQUENCIES[0] * time,
+        np.full_like(time, STAIRCASE_FREQUENCIES[0]),
+    )
+    for number, rise in enumerate(np.diff(STAIRCASE_FREQUENCIES), start=1):
+        begin = number * duration / len(STAIRCASE_FREQUENCIES)
+        first, last = np.searchsorted(time, (begin, begin + CORNER_WIDTH))
+        s = (time[first:last] - begin) / CORNER_WIDTH
+        cycles[first:last] += rise * CORNER_WIDTH * s**4 * (2.5 - 3.0 * s + s**2)
+        cycles[last:] += rise * (time[last:] - begin - 0.5 * CORNER_WIDTH)
         frequency[first:last] += rise * _smooth(s)[0]
         frequency[last:] += rise
     return 2.0 * np.pi * cycles, 2.0 * np.pi * frequency
@@ -201,13 +204,13 @@ def _multisine(time: FloatArray, phases: tuple[float, ...]) -> tuple[FloatArray,
     count = round((time.size - 1) / time[-1])
     # sin(w t + phase) = Im e^(i phase) e^(i w t) = Re -i e^(i phase) e^(i w t)
     coefficients = -0.5j * count * np.exp(1j * np.asarray(phases)) / _peak(phases)
-    return periodic(np.arange(1, LINES + 1), coefficients, 1.0, count, time.size)
+    return periodic(np.arange(1, MULTISINE_LINES + 1), coefficients, 1.0, count, time.size)
 
 
 def _peak(phases: tuple[float, ...]) -> float:
     """Largest value over a period of 1 s, sought 64 times in a period of the fastest line."""
-    spectrum = np.zeros(64 * LINES, dtype=complex)
-    spectrum[1 : LINES + 1] = np.exp(1j * np.asarray(phases))
+    spectrum = np.zeros(64 * MULTISINE_LINES, dtype=complex)
+    spectrum[1 : MULTISINE_LINES + 1] = np.exp(1j * np.asarray(phases))
     return float(np.abs((np.fft.ifft(spectrum) * spectrum.size).imag).max())
 
 

@@ -16,6 +16,7 @@ from tissue_probe.cli.challenge import challenge
 from tissue_probe.cli.compare import compare
 from tissue_probe.cli.demo import demo
 from tissue_probe.cli.diagnose import diagnose
+from tissue_probe.cli.effects import effects
 from tissue_probe.cli.estimate import estimate
 from tissue_probe.cli.estimators import estimators
 from tissue_probe.cli.excitation import excitation
@@ -51,6 +52,7 @@ app.command()(reproduce)
 app.command()(compare)
 app.command()(diagnose)
 app.command()(improve)
+app.command()(effects)
 app.command()(sensor)
 app.command()(modulus)
 app.command()(workbench)

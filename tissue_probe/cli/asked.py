@@ -95,7 +95,7 @@ def _value(name: str, given: Any) -> Any:
 
 
 #: Types of options by the kind of an item, and their values where nothing is said.
-_TYPES: dict[str, tuple[Any, Any]] = {
+_OPTION_TYPES: dict[str, tuple[Any, Any]] = {
     "constants": (list[str] | None, None),
     "file": (Path | None, None),
     "files": (list[Path] | None, None),
@@ -109,7 +109,7 @@ _TYPES: dict[str, tuple[Any, Any]] = {
 
 def option(item: Item) -> tuple[str, Any, Any]:
     """Return name, annotation and default of the option that something is stated by."""
-    type_, default = choice(item) if item.kind == "choice" else _TYPES[item.kind]
+    type_, default = choice(item) if item.kind == "choice" else _OPTION_TYPES[item.kind]
     stated = typer.Option(
         f"--{(item.option or item.name).replace('_', '-')}",
         metavar=item.metavar or ("FILE" if item.kind in ("file", "files") else None),

@@ -10,7 +10,7 @@ import typer
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
-    from tissue_probe.identification.line import Line
+    from tissue_probe.identification.line import CalibrationLine
     from tissue_probe.signals import FloatArray, Recording, SampleBlock
 
 from tissue_probe.cli.arguments import Bag
@@ -221,7 +221,7 @@ def _line(
     raw: Callable[[Recording], FloatArray],
     column: str,
     unit: float = 1.0,
-) -> Line:
+) -> CalibrationLine:
     """Fit the mean of the raw readings to the known values, which are given in ``unit``."""
     import numpy as np
 

@@ -7,13 +7,13 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from tissue_probe.analysis.asked import NAMED
+from tissue_probe.analysis.asked import ITEMS_BY_NAME
 from tissue_probe.cli.asked import choice
 from tissue_probe.cli.measured import Site, read
 from tissue_probe.quantities import SIDE
 
 if TYPE_CHECKING:
-    from tissue_probe.challenge.grading import Count, Diagnosis, Grade
+    from tissue_probe.challenge.grading import Count, Grade, GradedDiagnosis
     from tissue_probe.challenge.measured import Measured
     from tissue_probe.physics.fitted_model import FittedModel
 
@@ -24,7 +24,7 @@ challenge = typer.Typer(
 )
 
 
-Starts, _ = choice(NAMED["starts"])
+Starts, _ = choice(ITEMS_BY_NAME["starts"])
 
 Answers = Annotated[
     Path,
@@ -58,7 +58,7 @@ def make(
             "and u [m], whose motion of the coil is repeated.",
         ),
     ] = "chirp60",
-    starts: Annotated[Starts, typer.Option(help=NAMED["starts"].about)] = Starts.auto,
+    starts: Annotated[Starts, typer.Option(help=ITEMS_BY_NAME["starts"].about)] = Starts.auto,
     site: Site = None,
     hide: Annotated[
         str, typer.Option(metavar="WHAT", help="one, two, none, outside, spoilt or mixed.")
@@ -216,7 +216,7 @@ def _number(value: object) -> str:
     return f"{value:.5g}" if isinstance(value, (int, float)) else str(value or "")
 
 
-def read_diagnoses(folder: Path, names: list[str]) -> dict[str, Diagnosis]:
+def read_diagnoses(folder: Path, names: list[str]) -> dict[str, GradedDiagnosis]:
     """Return the diagnoses that are there, by the recordings' names.
 
     Raises
@@ -225,14 +225,14 @@ def read_diagnoses(folder: Path, names: list[str]) -> dict[str, Diagnosis]:
         If there is none at all, or one cannot be read.
     """
     from tissue_probe.challenge.folder import read_json
-    from tissue_probe.challenge.grading import Diagnosis
+    from tissue_probe.challenge.grading import GradedDiagnosis
 
     found = {}
     for name in names:
         path = folder / f"{name}.json"
         if path.exists():
             try:
-                found[name] = Diagnosis.parse(read_json(path))
+                found[name] = GradedDiagnosis.parse(read_json(path))
             except ValueError as error:
                 raise ValueError(f"{path}: {error}") from error
     if not found:
@@ -240,7 +240,7 @@ def read_diagnoses(folder: Path, names: list[str]) -> dict[str, Diagnosis]:
     return found
 
 
-ROWS = {
+MARK_ROWS = {
     "first": "one effect hidden: ranked first",
     "declared": "  ranked first, or declared indistinguishable or unseen",
     "first_three": "  among the first three, named or unseen",
@@ -264,7 +264,7 @@ def summarize(marks: Grade) -> None:
 
     console = Console(highlight=False, markup=False)
     table = Table("", *(Column(title, justify="right") for title in ("of", "number", "[%]")))
-    for name, title in ROWS.items():
+    for name, title in MARK_ROWS.items():
         table.add_row(title, *_cells(getattr(marks, name)))
     console.print(table)
     if marks.mean_claimed is not None:
@@ -289,7 +289,7 @@ def write_marks(path: Path, marks: Grade) -> None:
     import json
 
     told: dict[str, object] = {"version": 1}
-    for name in ROWS:
+    for name in MARK_ROWS:
         count = getattr(marks, name)
         told[name] = {"right": count.right, "total": count.total, "share": count.share}
     told["mean_claimed"] = marks.mean_claimed

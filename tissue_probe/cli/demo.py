@@ -11,9 +11,9 @@ import typer
 if TYPE_CHECKING:
     from tissue_probe.signals import Recording, TissueEstimates
 
-ESTIMATORS = ("robust_ekf", "ekf", "ukf", "afekf")
+DEMO_ESTIMATORS = ("robust_ekf", "ekf", "ukf", "afekf")
 #: The paper's grid over the stock phantom: first site and spacing [m], rows, columns.
-SITES = ((0.0, 0.0, 0.0), 0.01, 5, 5)
+DEMO_SITES = ((0.0, 0.0, 0.0), 0.01, 5, 5)
 
 
 def demo(
@@ -93,15 +93,17 @@ def palpate(bag: Path, dwell_time: float, phantom: Path | None, explore: bool) -
     from tissue_probe.nodes.session import Session, simulation
 
     bag.unlink(missing_ok=True)
-    grid = Grid(*SITES)
+    grid = Grid(*DEMO_SITES)
     subscribers = {
         "/probe/driver": 3,  # the estimators, which share a process, the scan and the recorder
         "/probe/scan": 5,  # the driver, the estimators, the mapper twice and the recorder
-        **{f"/probe/{name}": 3 for name in ESTIMATORS},  # the mapper, the recorder and the scan
+        **{
+            f"/probe/{name}": 3 for name in DEMO_ESTIMATORS
+        },  # the mapper, the recorder and the scan
     }
     publishers = {
-        "/probe/mapper": len(ESTIMATORS) + 1,  # and the scan
-        **{f"/probe/{name}": 2 for name in ESTIMATORS},  # the driver and the scan
+        "/probe/mapper": len(DEMO_ESTIMATORS) + 1,  # and the scan
+        **{f"/probe/{name}": 2 for name in DEMO_ESTIMATORS},  # the driver and the scan
     }
     columns = (
         TextColumn("{task.description}"),
@@ -111,7 +113,7 @@ def palpate(bag: Path, dwell_time: float, phantom: Path | None, explore: bool) -
     )
     with (
         Progress(*columns) as progress,
-        Session(simulation(ESTIMATORS, bag.absolute(), phantom)) as session,
+        Session(simulation(DEMO_ESTIMATORS, bag.absolute(), phantom)) as session,
     ):
         task = progress.add_task("starting the nodes", total=len(grid))
         session.activate(subscribers, publishers)
@@ -137,7 +139,7 @@ def palpate(bag: Path, dwell_time: float, phantom: Path | None, explore: bool) -
 
 def _corners() -> dict[str, list[float]]:
     """Return the corners of the area that the grid covers [m]."""
-    (x, y, _), spacing, rows, columns = SITES
+    (x, y, _), spacing, rows, columns = DEMO_SITES
     right, top = x + spacing * (columns - 1), y + spacing * (rows - 1)
     return {"x": [x, right, right, x], "y": [y, y, top, top]}
 
@@ -153,7 +155,7 @@ def evaluate(bag: Path, folder: Path, explored: bool) -> None:
     result = map_sites(bag, within=_corners() if explored else None)
     _say("step 3 of 3: pictures are drawn, the filters run again")
     result.plot().savefig(folder / "map.png", dpi=100)
-    draw_course(recording, [estimate_again(recording, name) for name in ESTIMATORS], folder)
+    draw_course(recording, [estimate_again(recording, name) for name in DEMO_ESTIMATORS], folder)
     summarize(result)
     print(f"Look at {folder / 'map.png'} and {folder / 'estimates.png'}; the run is in {bag}.")
 

@@ -23,10 +23,10 @@ Quick = Annotated[
         "--quick", help="Rank the effects by what they promise, to first order, and fit none."
     ),
 ]
-SHOWN = 8
-NAME = 30  # characters of an effect with its mark up to which it stays on one line
+RANKS_SHOWN = 8
+NAME_LENGTH = 30  # characters of an effect with its mark up to which it stays on one line
 #: Meaning of the mark before a name.
-UNSETTLED = (
+SEARCH_GAVE_UP = (
     "The search gave up for {} effects: it would not come near the best, or ran out of steps. Of "
     "a model named above, * says so: its numbers are a guess, no result."
 )
@@ -79,7 +79,7 @@ def diagnose(
     Console(markup=False, highlight=False).print(tabulate_ranking(result))
     gave_up = [row[0] for row in result.ranking.rows if not row[-1]]
     if gave_up or not result.converged:
-        print(UNSETTLED.format(len(gave_up)))
+        print(SEARCH_GAVE_UP.format(len(gave_up)))
     if result.shape is not None:
         print(result.shape)
     print(with_options(result.text))
@@ -91,7 +91,9 @@ def tabulate_ranking(result: DiagnosisResult) -> Table:
     """Return the base model's errors, and those with each of the best effects."""
     from rich.table import Table
 
-    shown = [row for row in result.ranking.rows if row[-1] or row[0] in result.effects][:SHOWN]
+    shown = [row for row in result.ranking.rows if row[-1] or row[0] in result.effects][
+        :RANKS_SHOWN
+    ]
     heads, write = result.ranking.heads[:-1], [column.write for column in result.ranking.columns]
     base = result.ladder.rows[0]
     rows = [_row(("none", "", None, base[2], base[3], result.converged), write)]
@@ -99,7 +101,7 @@ def tabulate_ranking(result: DiagnosisResult) -> Table:
     table = Table(title=result.ranking.title, title_justify="left")
     for head, column in zip(heads, result.ranking.columns, strict=False):
         # A name that breaks behind its mark looks like two.
-        whole = column.name == "effect" and max(len(row[0]) for row in rows) <= NAME
+        whole = column.name == "effect" and max(len(row[0]) for row in rows) <= NAME_LENGTH
         table.add_column(head, no_wrap=whole, justify="right" if column.right else "left")
     for row in rows:
         table.add_row(*row)

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from tissue_probe.mapping.posterior.results import Inclusion
 
 #: Inclusions that are less probable are in the file for programs alone.
-TOLD = 0.5
+TOLD_PROBABILITY = 0.5
 #: From here on one counts as found: so benchmarks and documents count.
 FOUND = 0.9
 #: Head of a column, no wider than its numbers: all are to fit 80 characters.
@@ -185,7 +185,7 @@ def summarize(result: MapResult) -> None:
 
     console = Console(highlight=False, markup=False)
     console.print(result.text)
-    found = [one for one in result.map.inclusions if one.probability >= TOLD]
+    found = [one for one in result.map.inclusions if one.probability >= TOLD_PROBABILITY]
     phantom = result.phantom
     if not isinstance(phantom, Phantom):
         titles = ["inclusion", "x, y\n[mm]", PROBABILITY, "stiffness\n[N/m]", "over back-\nground"]

@@ -9,7 +9,7 @@ from typing import Annotated
 import typer
 
 
-class Shape(str, Enum):
+class TipShape(str, Enum):
     """Shape of the tip."""
 
     flat = "flat"
@@ -27,7 +27,7 @@ Length = Annotated[
 
 def modulus(
     model: Annotated[Path, typer.Argument(help="Model file with values.", metavar="MODEL")],
-    indenter: Annotated[Shape, typer.Option(help="Shape of the tip.")],
+    indenter: Annotated[TipShape, typer.Option(help="Shape of the tip.")],
     radius: Length = None,
     half_angle: Annotated[
         float | None,

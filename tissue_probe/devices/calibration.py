@@ -18,7 +18,7 @@ from tissue_probe import bounded_yaml
 from tissue_probe.settings import SettingsError, build, setting
 from tissue_probe.signals import FloatArray
 
-SIGNS = {"compression": 1.0, "tension": -1.0}
+FORCE_SIGNS = {"compression": 1.0, "tension": -1.0}
 
 
 class Tare(BaseModel):
@@ -134,12 +134,12 @@ class Calibration(BaseModel):
 
     def force(self, volts: ArrayLike, tare: ArrayLike = 0.0) -> FloatArray:
         """Return the force [N], positive in compression, of load-cell volts."""
-        sign = SIGNS[self.force_polarity]
+        sign = FORCE_SIGNS[self.force_polarity]
         return sign * self.force_per_volt * (np.asarray(volts) - self.force_offset_volts) - tare
 
     def volts(self, force: ArrayLike, tare: ArrayLike = 0.0) -> FloatArray:
         """Return the load-cell volts of a force [N], positive in compression."""
-        sign = SIGNS[self.force_polarity]
+        sign = FORCE_SIGNS[self.force_polarity]
         return sign * (np.asarray(force) + tare) / self.force_per_volt + self.force_offset_volts
 
     def position(self, counts: ArrayLike) -> FloatArray:

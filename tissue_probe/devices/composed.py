@@ -29,16 +29,16 @@ from tissue_probe.signals import FloatArray
 #: Longest Runge-Kutta step as a part of the time constant of the fastest motion.
 STEP_OF_TIME_CONSTANT = 0.2
 #: Most Runge-Kutta steps in a second: a fifth of a core.
-MOST_STEPS = 5e5
+COMPOSED_STEPS = 5e5
 #: Switches within one step beyond this many are left to the next one.
-EVENTS = 6
+EVENTS_IN_STEP = 6
 # The state is i, u, u', d, then the model's.
 CURRENT, COIL, SPEED, DEPTH, FIRST = range(5)
 
 _DEPTH, _DEPTH_RATE, _HELD = sp.symbols("stage_depth stage_speed held", real=True)
 # The stage moves the probe's base, seen from which the tissue's surface moves; a suction tip that
 # has let go feels no tissue.
-STAGE = Effect(
+STAGE_EFFECT = Effect(
     name="stage",
     family="device",
     physics="The probe's base stands d below the tissue's surface; its tip holds on, or not",
@@ -94,7 +94,7 @@ class ComposedProbe:
             raise DeviceError(
                 f"{path}: the rig is {composition.rig}, but the simulated probe is a {OWN}"
             )
-        with_stage = Composition(OWN, composition.tissue, (*composition.effects, STAGE))
+        with_stage = Composition(OWN, composition.tissue, (*composition.effects, STAGE_EFFECT))
         model = with_stage.model
         digest = hashlib.sha256(repr(model).encode()).hexdigest()[:16]
         self._kernel = compiled.module(f"plant_{digest}", lambda: source(model))
@@ -177,8 +177,8 @@ class ComposedProbe:
             fastest = max(fastest, np.abs(np.linalg.eigvals(self._jacobian(at))).max())
         self._values[self._tissue] = self._own
         step = STEP_OF_TIME_CONSTANT / fastest
-        if not 1.0 / step <= MOST_STEPS:
-            least = 1.0 / (STEP_OF_TIME_CONSTANT * MOST_STEPS)
+        if not 1.0 / step <= COMPOSED_STEPS:
+            least = 1.0 / (STEP_OF_TIME_CONSTANT * COMPOSED_STEPS)
             raise DeviceError(
                 f"the model's fastest time constant is {1.0 / fastest:.1g} s, too short to "
                 f"simulate at real time: from {least:.1g} s on "
@@ -207,7 +207,7 @@ _F8 = types.float64
 _V = types.Array(_F8, 1, "C")
 _FILL = types.FunctionType(types.void(_F8, _V, _V, _F8, _F8, _V, _V))
 _FORCE = types.FunctionType(types.float64(_F8, _V, _V, _F8, _F8, _V))
-_BEGIN = types.FunctionType(types.void(_V, _F8, _F8, _V))
+_BEGIN_TYPE = types.FunctionType(types.void(_V, _F8, _F8, _V))
 
 
 @njit(
@@ -252,9 +252,9 @@ def _advance(rate, switch, reaction, t, y, mode, p, coil, voltage, target, h):
     """Move the state on by h, turning switches at the times at which they turn (by secants)."""
     after = np.empty(y.size)
     before, now = np.empty(mode.size), np.empty(mode.size)
-    for events in range(EVENTS + 1):
+    for events in range(EVENTS_IN_STEP + 1):
         _step(rate, reaction, t, y, mode, p, coil, voltage, target, h, after)
-        if mode.size == 0 or events == EVENTS:
+        if mode.size == 0 or events == EVENTS_IN_STEP:
             break
         p[-3] = y[DEPTH]
         switch(t, y[FIRST:], p, y[COIL], y[SPEED], mode, before)
@@ -278,7 +278,7 @@ def _advance(rate, switch, reaction, t, y, mode, p, coil, voltage, target, h):
 
 @njit(
     types.void(
-        _FILL, _FILL, _FORCE, _FORCE, _BEGIN, _V, _V, _V, _V, _V, _F8, types.int64, _F8,
+        _FILL, _FILL, _FORCE, _FORCE, _BEGIN_TYPE, _V, _V, _V, _V, _V, _F8, types.int64, _F8,
         types.int64, _V, _V,
     ),
     cache=True, nogil=True, error_model="numpy",

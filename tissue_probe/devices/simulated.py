@@ -42,15 +42,15 @@ if TYPE_CHECKING:
 #: Longest Runge-Kutta step as a part of the time constant of the fastest motion.
 STEP_OF_TIME_CONSTANT = 0.2
 #: Most Runge-Kutta steps in a second: a fifth of a core.
-MOST_STEPS = 5e6
+SIMULATION_STEPS = 5e6
 #: Time constant with which the stage's motion reaches the tissue [s].
 STAGE_TIME_CONSTANT = 0.005
 #: The suction tip lets go when it is pulled this far above the surface [m].
 SUCTION_REACH = 0.0005
 #: Samples wait this long to be fetched before they are lost, as in a DAQ's buffer [s].
-BUFFER_TIME = 2.0
+SIMULATED_BUFFER_TIME = 2.0
 #: So many samples are simulated at once and handed out one by one: waking up costs more than they.
-AHEAD = 10
+SAMPLES_AHEAD = 10
 #: The excitation is computed for so many samples at once.
 COMMAND_SAMPLES = 200
 
@@ -132,17 +132,17 @@ class SimulatedProbe:
         """
         if self._excitation is None:
             raise DeviceError("the simulated probe is not sampling: start it before you read")
-        if self._pacer.wait_for(self._taken + count - 1) > BUFFER_TIME:
+        if self._pacer.wait_for(self._taken + count - 1) > SIMULATED_BUFFER_TIME:
             raise DeviceError(
-                f"nothing was read for {BUFFER_TIME:g} s and samples are lost: the machine is too "
-                "busy for 2 kHz, or was suspended"
+                f"nothing was read for {SIMULATED_BUFFER_TIME:g} s and samples are lost: the "
+                "machine is too busy for 2 kHz, or was suspended"
             )
         with self._lock:
             if self._excitation is None:
                 raise DeviceError("the simulated probe was stopped while it was read")
             missing = count - self._ahead.shape[1]
             if missing > 0:
-                self._simulate_ahead(max(missing, AHEAD))
+                self._simulate_ahead(max(missing, SAMPLES_AHEAD))
             samples = Samples(*self._ahead[:, :count])
             self._ahead = self._ahead[:, count:]
             self.commanded_voltage = float(samples.command[-1])
@@ -245,11 +245,12 @@ class SimulatedProbe:
         matrix = [_derivative(tuple(unit), True, 0.0, constants) for unit in units]
         rate = np.abs(np.linalg.eigvals(matrix)).max()
         step = STEP_OF_TIME_CONSTANT / rate
-        if 1.0 / step > MOST_STEPS:
+        if 1.0 / step > SIMULATION_STEPS:
             raise DeviceError(
                 f"the simulated probe's fastest time constant is {1.0 / rate:.1g} s, too short to "
                 f"simulate at real time: give more mass or inductance, or less stiffness, damping "
-                f"or resistance, so that it is {1.0 / (STEP_OF_TIME_CONSTANT * MOST_STEPS):.1g} s"
+                "or resistance, so that it is "
+                f"{1.0 / (STEP_OF_TIME_CONSTANT * SIMULATION_STEPS):.1g} s"
             )
         return math.ceil(self.sample_period / step * (1.0 - 1e-9))
 

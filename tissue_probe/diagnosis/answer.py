@@ -16,7 +16,7 @@ from tissue_probe.diagnosis.diagnosis import Diagnosis
 from tissue_probe.diagnosis.evidence.adequacy import adequacy
 from tissue_probe.diagnosis.evidence.conclusion import Ladder
 from tissue_probe.diagnosis.fitting.fit import Fit
-from tissue_probe.diagnosis.instrument_values import InstrumentValue as Found
+from tissue_probe.diagnosis.instrument_values import FoundInstrumentValue as Found
 from tissue_probe.diagnosis.ranking.rules import find_added_effect
 from tissue_probe.quantities import SIDE
 
@@ -32,7 +32,7 @@ Number = Annotated[
 
 
 #: Models that are less probable are not told.
-WORTH_TELLING = 1e-3
+LEAST_TOLD = 1e-3
 
 
 class _Entry(BaseModel):
@@ -537,7 +537,7 @@ def _models(diagnosis: Diagnosis) -> list[Model]:
             heldout_rmse=diagnosis.heldout(fit),
         )
         for number, (fit, probability) in enumerate(every)
-        if number < len(told.likely) or probability > WORTH_TELLING
+        if number < len(told.likely) or probability > LEAST_TOLD
     ]
 
 

@@ -11,7 +11,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from tissue_probe.diagnosis.fitting.problem import CONTACT
+from tissue_probe.diagnosis.fitting.problem import CONTACT_NAME
 from tissue_probe.diagnosis.inspection.contact import touch_within
 from tissue_probe.diagnosis.inspection.disturbances import bridge_disturbed
 from tissue_probe.diagnosis.inspection.finding import Finding
@@ -21,7 +21,7 @@ from tissue_probe.diagnosis.inspection.touch import first_touch
 from tissue_probe.diagnosis.observation.instrument import Instrument
 from tissue_probe.diagnosis.observation.measurement import Measurement
 from tissue_probe.diagnosis.observation.motion import motion
-from tissue_probe.diagnosis.observation.noise import UNKNOWN
+from tissue_probe.diagnosis.observation.noise import UNKNOWN_NOISE
 from tissue_probe.errors import MeasurementError
 from tissue_probe.physics.kinds import LONGEST_DELAY
 from tissue_probe.physics.rounding import COARSE, smoothed
@@ -29,18 +29,18 @@ from tissue_probe.quantities import FORCE, POSITION
 from tissue_probe.signals import BoolArray
 
 #: Answers that are no models: causes that spoilt the samples.
-SPOILT = ("adc_saturation", "stuck_samples")
+SPOILING_CAUSES = ("adc_saturation", "stuck_samples")
 #: Findings that a commanded force causes where it rests, and that are no faults of it.
-RESTING = tuple((name, FORCE.name) for name in (*SPOILT, "no_contact"))
+CAUSED_BY_REST = tuple((name, FORCE.name) for name in (*SPOILING_CAUSES, "no_contact"))
 #: Values that stand alone are left out of every fit besides, and where they drive, bridged.
 DISTURBED = {"spikes": FORCE, "position_spikes": POSITION}
 #: Where a record begins in the air.
-TOUCH = (
+BEGINS_IN_AIR = (
     "{}The tip is in the air before sample {}, and touches at about {:.4g} m: the samples before "
     "are left out, and contact_position is fitted.{}"
 )
 #: And where the force is not zero there.
-ZERO = " The force there, {:.3g} N, is taken off: it is the zero."
+ZERO_TAKEN_OFF = " The force there, {:.3g} N, is taken off: it is the zero."
 
 
 def clean_measurements(
@@ -76,7 +76,7 @@ def from_touch(
     found, findings, places = [], [], []
     for each in measurements:
         touch = None
-        if each.input is POSITION and CONTACT in instrument.constants:
+        if each.input is POSITION and CONTACT_NAME in instrument.constants:
             touch = first_touch(each.position, each.force, each.noise.own)
         if touch is None:
             found.append(each)
@@ -85,11 +85,11 @@ def from_touch(
         found.append(replace(pressed, force=pressed.force - touch.zero))
         places.append(touch.position)
         told = f"{each.source}: " if each.source else ""
-        zero = ZERO.format(touch.zero) if touch.zero else ""
-        sentence = TOUCH.format(told, touch.sample, touch.position, zero)
+        zero = ZERO_TAKEN_OFF.format(touch.zero) if touch.zero else ""
+        sentence = BEGINS_IN_AIR.format(told, touch.sample, touch.position, zero)
         findings.append(Finding("touch", sentence))
     if places:
-        constants = {**instrument.constants, CONTACT: (places[0], np.inf)}
+        constants = {**instrument.constants, CONTACT_NAME: (places[0], np.inf)}
         instrument = replace(instrument, constants=constants)
     return found, instrument, findings
 
@@ -100,7 +100,7 @@ def with_any_touch(measurements: Sequence[Measurement], instrument: Instrument) 
     That is where nobody has said where the position's zero is: anywhere, where the tip never leaves
     the tissue; else as far from zero as no force is felt.
     """
-    told = instrument.constants.get(CONTACT, (0.0, 0.0))[1] > 0.0
+    told = instrument.constants.get(CONTACT_NAME, (0.0, 0.0))[1] > 0.0
     if told or not instrument.any_zero:
         return instrument
     within = min(
@@ -109,7 +109,7 @@ def with_any_touch(measurements: Sequence[Measurement], instrument: Instrument) 
     )
     if not np.isfinite(within):
         return replace(instrument, free_touch=True)
-    return replace(instrument, constants={**instrument.constants, CONTACT: (0.0, within)})
+    return replace(instrument, constants={**instrument.constants, CONTACT_NAME: (0.0, within)})
 
 
 def _inspect_measurement(measurement: Measurement) -> tuple[Finding, ...]:
@@ -121,7 +121,7 @@ def _inspect_measurement(measurement: Measurement) -> tuple[Finding, ...]:
         drives=measurement.input,
     ).findings
     if measurement.is_commanded:  # it rests where it is told to
-        found = tuple(f for f in found if (f.name, f.channel) not in RESTING)
+        found = tuple(f for f in found if (f.name, f.channel) not in CAUSED_BY_REST)
     told = f"{measurement.source}: " if measurement.source else ""
     return tuple(replace(finding, sentence=f"{told}{finding.sentence}") for finding in found)
 
@@ -132,7 +132,7 @@ def _without_spoilt(measurement: Measurement, findings: Sequence[Finding]) -> Me
     Where a motion goes on, the first values of a late channel belong to the time before the record.
     """
     driven = [name for name, channel in DISTURBED.items() if channel is measurement.input]
-    spoilt = [name for name in (*SPOILT, *DISTURBED) if name not in driven]
+    spoilt = [name for name in (*SPOILING_CAUSES, *DISTURBED) if name not in driven]
     used = _outside(findings, spoilt, measurement.force.size)
     if not measurement.at_rest:
         latest = LONGEST_DELAY * measurement.scale.time
@@ -149,7 +149,11 @@ def _without_spoilt(measurement: Measurement, findings: Sequence[Finding]) -> Me
         position = driven_by
     # The noise is estimated anew: where samples repeat there seems to be none.
     return replace(
-        measurement, position=position, force=force, used=used & measurement.used, noise=UNKNOWN
+        measurement,
+        position=position,
+        force=force,
+        used=used & measurement.used,
+        noise=UNKNOWN_NOISE,
     )
 
 

@@ -25,7 +25,7 @@ from tissue_probe.diagnosis.improvement.ladder import Progress, climb, climb_by
 from tissue_probe.diagnosis.improvement.moves import addable
 from tissue_probe.diagnosis.input_course import COURSE, report_course
 from tissue_probe.diagnosis.inspection.finding import Finding
-from tissue_probe.diagnosis.instrument_values import InstrumentValue
+from tissue_probe.diagnosis.instrument_values import FoundInstrumentValue
 from tissue_probe.diagnosis.left_out import left_out
 from tissue_probe.diagnosis.observation.instrument import Instrument
 from tissue_probe.diagnosis.observation.measurement import Measurement
@@ -33,8 +33,8 @@ from tissue_probe.diagnosis.prepared import Prepared, prepare_question
 from tissue_probe.diagnosis.ranking.candidates import Tell, fit_base
 from tissue_probe.diagnosis.ranking.rules import find_added_effect
 from tissue_probe.diagnosis.ranking.screen import Promise, screen_effects
-from tissue_probe.diagnosis.revisions.table import FLICKER, observed_with
-from tissue_probe.diagnosis.second_recording import FAR, SecondRecording
+from tissue_probe.diagnosis.revisions.table import NO_FLICKER, observed_with
+from tissue_probe.diagnosis.second_recording import FAR_RATIO, SecondRecording
 from tissue_probe.physics.composition import Composition
 from tissue_probe.physics.rigs import OWN
 
@@ -55,7 +55,7 @@ QUIET = Finding(
     "counted as noise.",
 )
 #: Where a finer simulation would change the values, and no finer one is possible.
-COARSE = (
+TOO_COARSE = (
     "The samples are too few to simulate the model as finely as its values are known: the "
     "intervals are wider by the error that this may leave. Sample more often."
 )
@@ -113,7 +113,7 @@ class Diagnosis:
     validation_noise: float = math.nan
     command: DriverCommand | None = None
     uncertainty: float = 0.0
-    instrument: tuple[InstrumentValue, ...] = ()
+    instrument: tuple[FoundInstrumentValue, ...] = ()
     shape: FoundShape | None = None
 
     @property
@@ -124,7 +124,7 @@ class Diagnosis:
         """
         final = self.ladder.final
         expected = math.hypot(self.validation_noise, final.excess, self.uncertainty)
-        return not self.heldout(final) > FAR * expected
+        return not self.heldout(final) > FAR_RATIO * expected
 
     @property
     def fails_elsewhere(self) -> bool:
@@ -135,7 +135,7 @@ class Diagnosis:
     def reaches(self) -> bool:
         """Whether the recordings fitted tell the last model's values well enough for the others."""
         known = math.hypot(self.validation_noise, self.ladder.final.excess)
-        return not self.uncertainty > FAR * known
+        return not self.uncertainty > FAR_RATIO * known
 
     @property
     def revisions(self) -> tuple[str, ...]:
@@ -340,7 +340,7 @@ def _revise_findings(findings: Sequence[Finding], ladder: Ladder) -> list[Findin
     if COURSE in ladder.revisions:
         found = [each for each in found if each.name != COURSE]
         found += report_course(ladder.final.measurements[0].between)
-    return [*found, QUIET] if FLICKER in ladder.revisions else found
+    return [*found, QUIET] if NO_FLICKER in ladder.revisions else found
 
 
 def _as_sure(ladder: Ladder, instrument: Instrument) -> tuple[Ladder, list[Finding]]:
@@ -349,7 +349,7 @@ def _as_sure(ladder: Ladder, instrument: Instrument) -> tuple[Ladder, list[Findi
     for fit in dict.fromkeys((ladder.base, ladder.final)):
         wider = widen_covariance(fit, instrument)
         if wider is not fit:
-            findings = [Finding("coarse", COARSE)]
+            findings = [Finding("coarse", TOO_COARSE)]
             ladder = ladder.exchange_model(fit, wider)
     return ladder, findings
 

@@ -18,20 +18,20 @@ from tissue_probe.physics.rigs import named
 from tissue_probe.quantities import FORCE, SIDE
 
 #: Values that are fitted of every tissue.
-TISSUE = ("stiffness", "damping")
+TISSUE_VALUES = ("stiffness", "damping")
 #: Share of the force's rms that no model leaves whose units are right, and where it is much.
 ALL, MUCH = 1.0, 0.5
 #: Standard deviations within which a fitted value is as good as 0.
-CERTAIN = 3.0
+ZERO_DEVIATIONS = 3.0
 #: Share of the force's changes (rms) that is at most the tissue's where nothing is touched.
-NOTHING = 0.1
+NOTHING_TOUCHED = 0.1
 #: Tissues whose force is that of stiffness and damping.
-PLAIN = ("kelvin_voigt", "maxwell")
+PLAIN_TISSUES = ("kelvin_voigt", "maxwell")
 #: Stiffness of no soft tissue [N/m]; and of none that a probe's load cell can feel, in multiples of
 #: its own: the tip then hardly moves.
 STIFFEST, BEYOND_CELL = 1e5, 5.0
 #: Rigs whose position is that of the tip.
-LED = named(lambda rig: rig.tip_is_position)
+RIGS_LED = named(lambda rig: rig.tip_is_position)
 
 HELD_OUT = (
     "One part of the record alone tells {}: no error on a part that is left out tests that. Give "
@@ -93,7 +93,7 @@ def _loses(fit: Fit) -> bool:
     if fit.output is not FORCE:
         return False
     values, deviations = fit.named(), fit.deviations()
-    guessed = all(deviations[name] > abs(values[name]) for name in TISSUE)
+    guessed = all(deviations[name] > abs(values[name]) for name in TISSUE_VALUES)
     return fit.rmse > (MUCH if guessed else ALL) * _size(fit)
 
 
@@ -108,7 +108,7 @@ def _is_too_stiff(fit: Fit) -> bool:
         return False
     if stiffness > BEYOND_CELL * _cell(fit):
         return True
-    return stiffness > max(STIFFEST, CERTAIN * deviation)
+    return stiffness > max(STIFFEST, ZERO_DEVIATIONS * deviation)
 
 
 def _measure_force_slope(fit: Fit) -> float:
@@ -132,7 +132,7 @@ def _no_tissue(fit: Fit) -> str:
             f"the load cell's {cell:.4g} N/m, so that the tip hardly moves and nothing is told of "
             "the specimen. Look whether it presses on a rigid stop; check the units "
             "(`position_unit`, `force_unit`), the load cell (`constant` load_cell_stiffness), and "
-            f"whether the position is that of the tip (`rig` {LED})."
+            f"whether the position is that of the tip (`rig` {RIGS_LED})."
         )
     return (
         f"No soft tissue: a stiffness of {stiffness:.3g} N/m is suspicious. Check the units "
@@ -148,26 +148,26 @@ def _touches_nothing(fit: Fit) -> bool:
     A mass that is not known may hide a stiffness under a sine: then the deviation is large.
     """
     values, deviations = fit.named(), fit.deviations()
-    if fit.composition.effects or fit.composition.tissue not in PLAIN:
+    if fit.composition.effects or fit.composition.tissue not in PLAIN_TISSUES:
         return False
-    if not all(deviations[name] > 0.0 for name in TISSUE):  # held: it is known
+    if not all(deviations[name] > 0.0 for name in TISSUE_VALUES):  # held: it is known
         return False
     moved = list(zip(fit.tip, fit.measurements, strict=True))
     swing = max(float(np.std(tip)) for tip, _ in moved)
     speed = max(float(np.std(np.gradient(tip, m.sample_period))) for tip, m in moved)
     force = max(float(np.std(m.force)) for _, m in moved)
-    found = np.array([abs(values[name]) for name in TISSUE])
-    doubt = CERTAIN * np.array([deviations[name] for name in TISSUE])
+    found = np.array([abs(values[name]) for name in TISSUE_VALUES])
+    doubt = ZERO_DEVIATIONS * np.array([deviations[name] for name in TISSUE_VALUES])
     reach = np.array([swing, speed])
     none = (found < doubt).all() or (found * reach).sum() < fit.noise
-    return bool(none and ((found + doubt) * reach).sum() < NOTHING * force)
+    return bool(none and ((found + doubt) * reach).sum() < NOTHING_TOUCHED * force)
 
 
 def _no_contact(fit: Fit) -> str:
     values, deviations = fit.named(), fit.deviations()
     k, beta = (
         f"{name} {values[name]:.3g} +- {SIDE * deviations[name]:.2g} {unit}"
-        for name, unit in zip(TISSUE, ("N/m", "N s/m"), strict=True)
+        for name, unit in zip(TISSUE_VALUES, ("N/m", "N s/m"), strict=True)
     )
     return (
         f"No contact: the tip seems to touch nothing, {k} and {beta} are nothing beside the force "

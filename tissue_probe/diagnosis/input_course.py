@@ -30,7 +30,7 @@ OVERSHOT = 0.05
 DELAY = "channel_delay"
 #: Name of the finding.
 COURSE = "course"
-HELD = (
+HELD_COURSE = (
     "The model follows the force better as a command that a converter puts out, and that stays as "
     "each sample has it until the next: it is taken for one (`course`)."
 )
@@ -118,7 +118,7 @@ def told_anew(final: Fit, instrument: Instrument) -> list[Measurement]:
 
 def report_course(course: Between | None) -> list[Finding]:
     """Return the finding of a course that the record told; a smooth course needs none."""
-    sentences = {Between.held: HELD, Between.straight: STRAIGHT, Between.jumping: JUMPING}
+    sentences = {Between.held: HELD_COURSE, Between.straight: STRAIGHT, Between.jumping: JUMPING}
     return [Finding(COURSE, sentences[course])] if course in sentences else []
 
 

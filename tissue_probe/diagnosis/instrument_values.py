@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from tissue_probe.diagnosis.fitting.fit import Fit
-from tissue_probe.diagnosis.fitting.problem import CONTACT, Problem
+from tissue_probe.diagnosis.fitting.problem import CONTACT_NAME, Problem
 from tissue_probe.diagnosis.fitting.runs import of_part
 from tissue_probe.diagnosis.inspection.finding import Finding
 from tissue_probe.diagnosis.observation.instrument import Instrument
@@ -18,10 +18,10 @@ from tissue_probe.quantities import SIDE
 
 #: Standard deviations from which on a value is told as one of the instrument's: one in a thousand
 #: is by chance.
-ELSEWHERE = 3.3
+SURE_DEVIATIONS = 3.3
 #: The effect that is a constant of the force.
 BIAS = "force_bias"
-SAME = (
+ZERO_OR_PLACE = (
     "{}The force's zero is {:.3g} N off, or the position's zero {:.4g} mm: one and the same in "
     "this recording; the stiffness does not depend on it."
 )
@@ -30,7 +30,7 @@ PART = "{}In part {} the force's zero is {:.3g} +- {:.2g} N off that of the firs
 
 
 @dataclass(frozen=True)
-class InstrumentValue:
+class FoundInstrumentValue:
     """A value of the instrument in a recording, or in a part of it.
 
     Attributes
@@ -59,28 +59,28 @@ class InstrumentValue:
     force: float = float("nan")
 
 
-def instrument_values(fit: Fit, instrument: Instrument) -> tuple[InstrumentValue, ...]:
+def instrument_values(fit: Fit, instrument: Instrument) -> tuple[FoundInstrumentValue, ...]:
     """Return the values of the instrument that a fit found."""
     problem = Problem(fit.composition, fit.measurements, instrument)
-    unknown = instrument.any_zero and instrument.constants.get(CONTACT, (0.0, 0.0))[1] > 0.0
+    unknown = instrument.any_zero and instrument.constants.get(CONTACT_NAME, (0.0, 0.0))[1] > 0.0
     touches = _touches(fit, problem) if instrument.free_touch or unknown else []
     return (*touches, *_of_parts(fit, problem), *_of_channels(fit, problem))
 
 
-def findings(values: tuple[InstrumentValue, ...]) -> list[Finding]:
+def findings(values: tuple[FoundInstrumentValue, ...]) -> list[Finding]:
     """Say where the tip touches, unless that is at the position's zero, and how parts differ.
 
     Effects on a channel are named by the verdict.
     """
-    told = [each for each in values if each.name == CONTACT or each.part is not None]
-    told = [each for each in told if abs(each.value) > ELSEWHERE * each.deviation]
+    told = [each for each in values if each.name == CONTACT_NAME or each.part is not None]
+    told = [each for each in told if abs(each.value) > SURE_DEVIATIONS * each.deviation]
     return [Finding("instrument", _sentence(each)) for each in told]
 
 
-def _touches(fit: Fit, problem: Problem) -> list[InstrumentValue]:
+def _touches(fit: Fit, problem: Problem) -> list[FoundInstrumentValue]:
     """Return the place of touch of each run."""
     runs, deviations = problem.runs, fit.deviations()
-    contact = fit.composition.kernel.values.index(CONTACT)
+    contact = fit.composition.kernel.values.index(CONTACT_NAME)
     found = []
     for number in range(runs.count):
         first = runs.numbers.index(number)
@@ -89,7 +89,9 @@ def _touches(fit: Fit, problem: Problem) -> list[InstrumentValue]:
         same = () if np.isnan(force) else (BIAS,)
         source = fit.measurements[first].source
         found.append(
-            InstrumentValue(CONTACT, "m", source, None, value, deviations[name], same, force)
+            FoundInstrumentValue(
+                CONTACT_NAME, "m", source, None, value, deviations[name], same, force
+            )
         )
     return found
 
@@ -107,7 +109,7 @@ def _as_force(fit: Fit, problem: Problem, index: int, name: str) -> float:
     return float(moved.mean()) if rest < measurement.noise.own else float("nan")
 
 
-def _of_parts(fit: Fit, problem: Problem) -> list[InstrumentValue]:
+def _of_parts(fit: Fit, problem: Problem) -> list[FoundInstrumentValue]:
     """Return by how much each part of a run differs from its first."""
     own, runs, deviations = of_part(fit.composition), problem.runs, fit.deviations()
     found = []
@@ -118,11 +120,11 @@ def _of_parts(fit: Fit, problem: Problem) -> list[InstrumentValue]:
                 name, entry = runs.names[place], runs.entries[place]
                 source, value = fit.measurements[index].source, fit.named()[name]
                 told = (runs.meanings[place], entry.unit, source, part + 1, value)
-                found.append(InstrumentValue(*told, deviations[name]))
+                found.append(FoundInstrumentValue(*told, deviations[name]))
     return found
 
 
-def _of_channels(fit: Fit, problem: Problem) -> list[InstrumentValue]:
+def _of_channels(fit: Fit, problem: Problem) -> list[FoundInstrumentValue]:
     """Return the values of effects that act on a channel, such as a delay between both."""
     own, runs, deviations = of_part(fit.composition), problem.runs, fit.deviations()
     effects = [each for each in fit.composition.effects if each.acts_on_channels]
@@ -134,15 +136,15 @@ def _of_channels(fit: Fit, problem: Problem) -> list[InstrumentValue]:
             of_one = len({runs.numbers[index] for index in within}) == 1 < runs.count
             source = fit.measurements[within[0]].source if of_one else ""
             told = (meaning, runs.entries[place].unit, source, None, fit.named()[name])
-            found.append(InstrumentValue(*told, deviations[name]))
+            found.append(FoundInstrumentValue(*told, deviations[name]))
     return found
 
 
-def _sentence(found: InstrumentValue) -> str:
+def _sentence(found: FoundInstrumentValue) -> str:
     told = f"{found.recording}: " if found.recording else ""
     doubt = SIDE * found.deviation
     if found.part is not None:
         return PART.format(told, found.part, found.value, doubt)
     if found.degenerate_with:
-        return SAME.format(told, found.force, 1e3 * found.value)
+        return ZERO_OR_PLACE.format(told, found.force, 1e3 * found.value)
     return PLACE.format(told, 1e3 * found.value, 1e3 * doubt)

@@ -9,7 +9,12 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
-from tissue_probe.diagnosis.cleaning import SPOILT, clean_measurements, from_touch, with_any_touch
+from tissue_probe.diagnosis.cleaning import (
+    SPOILING_CAUSES,
+    clean_measurements,
+    from_touch,
+    with_any_touch,
+)
 from tissue_probe.diagnosis.input_course import COURSE, with_input
 from tissue_probe.diagnosis.inspection.finding import Finding
 from tissue_probe.diagnosis.observation.instrument import Instrument
@@ -60,7 +65,7 @@ class Prepared:
     @property
     def spoilt(self) -> tuple[str, ...]:
         """The faults of samples that are left out."""
-        return tuple(name for name in SPOILT if any(f.name == name for f in self.findings))
+        return tuple(name for name in SPOILING_CAUSES if any(f.name == name for f in self.findings))
 
 
 def prepare_question(

@@ -39,7 +39,7 @@ NOISIER = (
 POSSIBLE = 1e-4
 #: A model does not carry over that leaves this many times as much as it should on a second
 #: recording, and its noise is another one from as many times on.
-FAR = 1.5
+FAR_RATIO = 1.5
 
 
 @dataclass(frozen=True)
@@ -119,7 +119,7 @@ class SecondRecording:
     def noisier(self, final: Fit) -> list[Finding]:
         """Tell where this recording has more noise of its own than those that were fitted."""
         times = max((each.noise.own / final.noise for each in self.measurements), default=0.0)
-        return [Finding("noisier", NOISIER.format(times))] if times > FAR else []
+        return [Finding("noisier", NOISIER.format(times))] if times > FAR_RATIO else []
 
     def uncertainty(self, fit: Fit) -> float:
         """Return the error that the covariance of a model's values predicts here.

@@ -161,14 +161,14 @@ def _tell(
     except BaseException as error:
         told = error
     file = io.BytesIO()
-    _Writer(file, known).dump(told)
+    _CopyWriter(file, known).dump(told)
     say.send_bytes(file.getbuffer())
 
 
 def _hear_answer(answer: Connection, known: Sequence[object]) -> Any:
     """Return the answer of the copy."""
     try:
-        return _Reader(io.BytesIO(answer.recv_bytes()), known).load()
+        return _CopyReader(io.BytesIO(answer.recv_bytes()), known).load()
     except EOFError:
         raise RuntimeError(
             "a copy of this process that did half of the work was ended from outside; "
@@ -234,7 +234,7 @@ class Numbers:
         return int(getpid() != self._maker)
 
 
-class _Writer(pickle.Pickler):
+class _CopyWriter(pickle.Pickler):
     """Writes an object that both processes have as its place among the known ones."""
 
     def __init__(self, file: io.BytesIO, known: Sequence[object]) -> None:
@@ -246,8 +246,8 @@ class _Writer(pickle.Pickler):
         return self.places.get(id(obj))
 
 
-class _Reader(pickle.Unpickler):
-    """Reads the bytes of a ``_Writer``."""
+class _CopyReader(pickle.Unpickler):
+    """Reads the bytes of a ``_CopyWriter``."""
 
     def __init__(self, file: io.BytesIO, known: Sequence[object]) -> None:
         super().__init__(file)

@@ -14,7 +14,7 @@ import numpy as np
 from tissue_probe.diagnosis.fitting.outliers import LONGEST
 from tissue_probe.diagnosis.inspection.finding import Finding
 from tissue_probe.diagnosis.observation.instrument import Instrument
-from tissue_probe.diagnosis.observation.measurement import LEAST, Measurement
+from tissue_probe.diagnosis.observation.measurement import LEAST_NOISE, Measurement
 from tissue_probe.diagnosis.transforms import lasting_range
 from tissue_probe.errors import ParameterError
 from tissue_probe.physics.composition import Composition
@@ -29,16 +29,16 @@ if TYPE_CHECKING:
 #: of the record's and of that between two samples.
 TRAVEL, RANGE, TIME = 1e-2, 3.0, 0.2
 #: Range of a second input in its unit: a few volts, degrees or kilopascals.
-SECOND = 3.0
+SECOND_RANGE = 3.0
 #: The sentence on a record's size and its consequences.
-TOLD = (
+SIZE_TOLD = (
     "The record is of another size than is usual: bounds and typical values are taken {} times "
     "larger, and so are constants of the rig that nobody gave. A law that refers to 1 mm "
     "refers to {:g} m, one that refers to 1 s to {:g} s, and one that refers to 10 mm/s "
     "(`damping_at_10_mm_s`) to {:g} m/s."
 )
 #: Share of the samples at either end of a range that may be disturbed.
-APART = 0.005
+DISTURBED_SHARE = 0.005
 
 
 def size_of(measurements: Sequence[Measurement]) -> Scale:
@@ -48,7 +48,7 @@ def size_of(measurements: Sequence[Measurement]) -> Scale:
     longest = max(measurements, key=lambda each: each.sample_period * each.force.size)
     time = longest.sample_period * np.sqrt(longest.force.size)
     heard = [_range(each.input2) for each in measurements if each.input2 is not None]
-    second = nearest(max(heard, default=0.0), SECOND)
+    second = nearest(max(heard, default=0.0), SECOND_RANGE)
     return Scale(nearest(travel, TRAVEL), nearest(force, RANGE), nearest(time, TIME), second)
 
 
@@ -73,7 +73,7 @@ def of_size(measurement: Measurement, scale: Scale) -> Measurement:
         return measurement
     noise = measurement.noise
     # Where there is none, there is none of this size either.
-    if noise.own <= LEAST * measurement.scale.of(measurement.output.unit):
+    if noise.own <= LEAST_NOISE * measurement.scale.of(measurement.output.unit):
         noise = noise.restart_estimate()
     return replace(measurement, scale=scale, noise=noise)
 
@@ -85,7 +85,7 @@ def told_of_size(scale: Scale) -> list[Finding]:
     factors = ((name, getattr(scale, name)) for name in ("length", "force", "time"))
     larger = " and ".join(f"in {name} {each:g}" for name, each in factors if each != 1.0)
     speed = 1e-2 * scale.of("m/s")
-    return [Finding("size", TOLD.format(larger, 1e-3 * scale.length, scale.time, speed))]
+    return [Finding("size", SIZE_TOLD.format(larger, 1e-3 * scale.length, scale.time, speed))]
 
 
 def library_of_size(
@@ -128,5 +128,5 @@ def _range(values: FloatArray) -> float:
     Where most of a record holds still, the few samples that are beyond tell its size, and not the
     noise of the others: those that stay there for longer than a disturbance, or begin the record.
     """
-    low, high = np.quantile(values, [APART, 1.0 - APART])
+    low, high = np.quantile(values, [DISTURBED_SHARE, 1.0 - DISTURBED_SHARE])
     return max(float(high - low), lasting_range(values, LONGEST))

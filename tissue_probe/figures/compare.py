@@ -22,17 +22,17 @@ from tissue_probe.signals import FloatArray
 
 ZOOMED_CROSSINGS = 7  # of the signal through its mean: three cycles and a half
 ROOM_FOR_LEGEND = 0.25  # of the axis
-FEW = 8  # samples in a bin, from which on its error is shown
+SAMPLES_IN_BIN = 8  # samples in a bin, from which on its error is shown
 #: The axis of profiles: the whitened residual, which is not the error beside it.
 WHITENED = "rms error / noise,\nknown 1/f noise taken out"
 RASTERISED = 5000  # samples from which on a line in an SVG is stored as an image
 
 # Okabe and Ito's colours, told apart by every eye.
 _BLUE, _VERMILION, _ORANGE = "#0072B2", "#D55E00", "#E69F00"
-_MEASURED = {"color": "0.6", "linewidth": 3.0, "label": "measured"}
+_MEASURED_STYLE = {"color": "0.6", "linewidth": 3.0, "label": "measured"}
 _PREDICTED = {"color": _BLUE, "linewidth": 1.3, "label": "predicted"}
 _RESIDUAL = {"color": _VERMILION, "linewidth": 0.8, "label": "measured − predicted"}
-_NOISE = {"color": "0.25", "alpha": 0.35, "linewidth": 0.0, "zorder": 3.0}
+_NOISE_BAND = {"color": "0.25", "alpha": 0.35, "linewidth": 0.0, "zorder": 3.0}
 _HERE = {"facecolor": _ORANGE, "alpha": 0.3, "linewidth": 0.0, "zorder": 0.0}
 _PHASES = {-180.0: "out", -90.0: "going in", 0.0: "deepest", 90.0: "coming out", 180.0: "out"}
 
@@ -165,11 +165,11 @@ def draw_stretch(panels: Sequence[Axes], shown: Comparison, span: slice) -> None
     above, below = panels
     time, output = shown.time[span], shown.output
     style = {"rasterized": time.size > RASTERISED}
-    above.plot(time, output.per_drawn * shown.measured[span], **_MEASURED, **style)
+    above.plot(time, output.per_drawn * shown.measured[span], **_MEASURED_STYLE, **style)
     above.plot(time, output.per_drawn * shown.predicted[span], **_PREDICTED, **style)
     below.plot(time, output.per_small * shown.residual[span], **_RESIDUAL, **style)
     twice = 2.0 * output.per_small * shown.noise
-    below.axhspan(-twice, twice, label="± 2 sd of the noise", **_NOISE)
+    below.axhspan(-twice, twice, label="± 2 sd of the noise", **_NOISE_BAND)
     above.set_ylabel(f"{output.name} [{output.drawn}]")
     below.set_ylabel(f"error [{output.small}]")
     for axes in panels:
@@ -211,7 +211,7 @@ def zoom(shown: Comparison) -> slice:
 
 def _ratio(profile: Profile, noise: float) -> FloatArray:
     """Return the rms error over the noise; NaN where too few samples would tell chance only."""
-    return np.sqrt(np.where(profile.expected < FEW * noise**2, np.nan, profile.excess))
+    return np.sqrt(np.where(profile.expected < SAMPLES_IN_BIN * noise**2, np.nan, profile.excess))
 
 
 def draw_profile(axes: Axes, profile: Profile, noise: float) -> None:

@@ -32,14 +32,14 @@ STARTUP_WIDTH = 0.4  # width of a line before the filter has converged, over its
 LABELLED_SITES = 25  # more numbers do not fit side by side
 
 # Okabe and Ito's colours, told apart by every eye; the dashes part filters that agree.
-_STYLES = (
+_FILTER_STYLES = (
     {"color": "#0072B2", "linestyle": "-", "linewidth": 2.2},
     {"color": "#E69F00", "linestyle": (0, (5, 2)), "linewidth": 1.6},
     {"color": "#009E73", "linestyle": (0, (2, 1.5)), "linewidth": 1.6},
     {"color": "#CC79A7", "linestyle": "-.", "linewidth": 1.4},
     {"color": "#56B4E9", "linestyle": (0, (1, 1)), "linewidth": 1.4},
 )
-_MEASURED = {"color": "0.65", "linewidth": 4.0, "label": "measured"}
+_MEASURED_LINE = {"color": "0.65", "linewidth": 4.0, "label": "measured"}
 _TRUTH = {"color": "black", "linestyle": ":", "linewidth": 1.6}
 
 
@@ -167,7 +167,7 @@ def _draw_parameter(
     dwells: Sequence[_Dwell],
 ) -> None:
     """Draw stiffness or damping with two standard deviations to either side, and the truth."""
-    for each, style in zip(estimates, cycle(_STYLES), strict=False):
+    for each, style in zip(estimates, cycle(_FILTER_STYLES), strict=False):
         time = span.seconds(each.stamp)
         value = _in_contact(each, getattr(each, name))
         margin = 2.0 * np.sqrt(getattr(each, f"{name}_variance"))
@@ -204,7 +204,7 @@ def _limits(values: FloatArray, stray: float) -> tuple[float, float]:
 
 
 def _draw_trace(axes: Axes, span: _Span, estimates: Sequence[TissueEstimates]) -> None:
-    for each, style in zip(estimates, cycle(_STYLES), strict=False):
+    for each, style in zip(estimates, cycle(_FILTER_STYLES), strict=False):
         trace = _in_contact(each, each.covariance_trace)
         axes.plot(span.seconds(each.stamp), trace, label=each.estimator, **style)
     axes.set_yscale("log")
@@ -215,8 +215,8 @@ def _draw_force(
 ) -> None:
     stamps = recording.stamps
     inside = span.holds(stamps)
-    axes.plot(span.seconds(stamps[inside]), recording.force[inside], **_MEASURED)
-    for each, style in zip(estimates, cycle(_STYLES), strict=False):
+    axes.plot(span.seconds(stamps[inside]), recording.force[inside], **_MEASURED_LINE)
+    for each, style in zip(estimates, cycle(_FILTER_STYLES), strict=False):
         rows = each[span.holds(each.stamp)]
         axes.plot(span.seconds(rows.stamp), rows.predicted_force, label=each.estimator, **style)
     axes.set_ylim(*_limits(recording.force[inside], stray=0.1))
@@ -226,7 +226,7 @@ def _draw_innovation(axes: Axes, span: _Span, estimates: Sequence[TissueEstimate
     """Draw the root mean square of measured minus predicted force over short intervals."""
     count = max(1, round(span.seconds(span.end) / INNOVATION_INTERVAL))
     edges = np.linspace(0.0, span.seconds(span.end), count + 1)
-    for each, style in zip(estimates, cycle(_STYLES), strict=False):
+    for each, style in zip(estimates, cycle(_FILTER_STYLES), strict=False):
         valid = (each.status != Status.NO_CONTACT) & np.isfinite(each.innovation)
         time = span.seconds(each.stamp[valid])
         samples, _ = np.histogram(time, edges)

@@ -19,12 +19,12 @@ from tissue_probe.figures.shown_figure import ShownFigure
 from tissue_probe.quantities import FORCE, Quantity
 from tissue_probe.signals import FloatArray
 
-STEP_WIDTH = 2.0  # inches
+RUNG_WIDTH = 2.0  # inches
 CHARACTER = 0.09  # inches that one takes below the axis, at most
 RATIO_WIDTH = 0.7  # inches that an error's multiple takes beside its mark
 NARROW = 10  # characters: names that have less room than this are turned
 HEAD = 24.0  # points above the axes that the legend takes
-APART = 0.9  # quotient of two errors from which on their marks lie on one another
+MARKS_APART = 0.9  # quotient of two errors from which on their marks lie on one another
 
 # Okabe and Ito's colours, told apart by every eye; marks and dashes tell them apart in grey.
 _TRAINING = {
@@ -82,7 +82,7 @@ def draw_ladder(rungs: Rungs) -> Figure:
     rungs : Rungs
         The ladder.
     """
-    width = max(6.0, min(12.0, STEP_WIDTH * (len(rungs.models) + 1)))
+    width = max(6.0, min(12.0, RUNG_WIDTH * (len(rungs.models) + 1)))
     figure = ShownFigure(figsize=(width, 5.0), layout="constrained")
     draw_rungs(figure.subplots(), rungs, width)
     return figure
@@ -182,7 +182,7 @@ def _write_ratios(axes: Axes, training: FloatArray, heldout: FloatArray, floor: 
     for step, error in enumerate(judged):
         if not np.isfinite(error):
             continue
-        below = error < APART * training[step]
+        below = error < MARKS_APART * training[step]
         axes.annotate(
             multiple(error / floor),
             (step, error),

@@ -13,7 +13,7 @@ from tissue_probe.figures.shown_figure import ShownFigure
 from tissue_probe.quantities import SIDE
 
 #: Label of the axis of each variable, and by how much its SI unit is multiplied there.
-AXES = {
+VARIABLE_AXES = {
     "indentation": ("indentation [mm]", 1e3),
     "velocity": ("velocity [mm/s]", 1e3),
     "past": ("time since a step [s]", 1.0),
@@ -27,7 +27,7 @@ def draw_shape(curve: Curve) -> Figure:
     """Draw a learnt function over the range that the record visited."""
     figure = ShownFigure(figsize=(6.0, 4.0), layout="constrained")
     axes = figure.subplots()
-    label, times = AXES[curve.variables[0]]
+    label, times = VARIABLE_AXES[curve.variables[0]]
     axes.set_xlabel(label)
     if len(curve.variables) == 1:
         large, unit = (1e3, "mN") if curve.unit == "N" else (1.0, curve.unit)
@@ -39,7 +39,7 @@ def draw_shape(curve: Curve) -> Figure:
             axes.set_xscale("log")
             axes.set_ylabel(f"stiffness that is left [{unit}], 95 % band")
     else:
-        other, by = AXES[curve.variables[1]]
+        other, by = VARIABLE_AXES[curve.variables[1]]
         axes.set_ylabel(other)
         shown = np.where(curve.visited, 1e3 * curve.value, np.nan).T
         drawn = axes.pcolormesh(times * curve.grid[0], by * curve.grid[1], shown, cmap="RdBu_r")

@@ -11,7 +11,7 @@ import io
 from matplotlib.figure import Figure
 
 #: Of a picture in a notebook [dots per inch].
-RESOLUTION = 80
+NOTEBOOK_RESOLUTION = 80
 
 
 class ShownFigure(Figure):
@@ -19,5 +19,5 @@ class ShownFigure(Figure):
 
     def _repr_png_(self) -> bytes:
         file = io.BytesIO()
-        self.savefig(file, format="png", dpi=RESOLUTION)
+        self.savefig(file, format="png", dpi=NOTEBOOK_RESOLUTION)
         return file.getvalue()

@@ -17,7 +17,7 @@ from matplotlib.patheffects import withStroke
 from matplotlib.ticker import MaxNLocator
 
 from tissue_probe.figures.shown_figure import ShownFigure
-from tissue_probe.mapping.posterior.hidden import LARGEST
+from tissue_probe.mapping.posterior.hidden import LARGEST_RADIUS
 from tissue_probe.mapping.posterior.results import Inclusion, PosteriorMap, Raster
 from tissue_probe.mapping.sites import Sites
 from tissue_probe.signals import FloatArray
@@ -26,14 +26,14 @@ MILLIMETRES = 1e3
 PANEL_WIDTH = 3.75  # inches, a third of the width of the figure's axes
 ROOM_FOR_LEGENDS = 1.75  # inches above and below the panels
 LEAST_RANGE = 0.1  # of the largest value: a uniform phantom shall not look like a mountain range
-BESIDE = 3.0  # mm, of the unknown tissue around the map
+BESIDE_SITES = 3.0  # mm, of the unknown tissue around the map
 #: Inclusions that are drawn: more likely there than not.
-DRAWN = 0.5
+DRAWN_FROM = 0.5
 
 # White on black is seen on every colour of the map.
 _OUTLINED = {"color": "white", "path_effects": [withStroke(linewidth=3.5, foreground="black")]}
 _UNKNOWN = {"facecolor": "0.92", "edgecolor": "0.6", "hatch": "///", "linewidth": 0.0}
-_STYLES = {"boundary_50": "-", "boundary_95": ":"}
+_BOUNDARY_STYLES = {"boundary_50": "-", "boundary_95": ":"}
 
 
 def draw_map(
@@ -53,7 +53,7 @@ def draw_map(
         x, y and radius of each true nodule [m], where they are known.
     """
     surface, hide = found.surface, found.could_hide
-    shown = [one for one in found.inclusions if one.probability >= DRAWN]
+    shown = [one for one in found.inclusions if one.probability >= DRAWN_FROM]
     height = PANEL_WIDTH * min(max(np.ptp(surface.y) / np.ptp(surface.x), 0.3), 2.0)
     figure = ShownFigure(figsize=(12.0, height + ROOM_FOR_LEGENDS), layout="constrained")
     contrast = f"{hide.contrast:g}"
@@ -63,8 +63,8 @@ def draw_map(
         (
             f"could hide, {contrast} times stiffer: radius [mm]",
             hide,
-            np.where(np.isnan(hide.radius), LARGEST, MILLIMETRES * hide.radius),
-            (0.0, LARGEST),
+            np.where(np.isnan(hide.radius), LARGEST_RADIUS, MILLIMETRES * hide.radius),
+            (0.0, LARGEST_RADIUS),
             "cividis",
         ),
     )
@@ -94,7 +94,7 @@ def draw_map(
 
 def _choose_range(axis: FloatArray) -> tuple[float, float]:
     """Return the shown range of an axis [mm]: the raster, and a little of the unknown around it."""
-    return MILLIMETRES * axis[0] - BESIDE, MILLIMETRES * axis[-1] + BESIDE
+    return MILLIMETRES * axis[0] - BESIDE_SITES, MILLIMETRES * axis[-1] + BESIDE_SITES
 
 
 def _range(layer: FloatArray) -> tuple[float, float]:
@@ -138,7 +138,7 @@ def _draw_nodules(axes: Axes, nodules: Sequence[tuple[float, float, float]]) -> 
 
 def _draw_inclusions(axes: Axes, shown: Sequence[Inclusion]) -> None:
     for one in shown:
-        for name, style in _STYLES.items():
+        for name, style in _BOUNDARY_STYLES.items():
             axes.plot(*(MILLIMETRES * getattr(one, name).T), style, linewidth=1.5, **_OUTLINED)
 
 

@@ -30,12 +30,12 @@ from tissue_probe.figures.ladder import HEAD, Rungs, draw_rungs, multiple, wrap_
 from tissue_probe.figures.shown_figure import ShownFigure
 from tissue_probe.signals import FloatArray
 
-SHOWN = 8  # effects of the ranking
-WIDTH = 10.0  # inches
-BESIDE = 5  # models of a ladder, more of which have no room beside the ranking
-LINE = 86  # characters of the title
-NAME = 26  # characters of an effect's name, beside its bar
-WIDE = 10.0  # quotient of errors from which on their axis is logarithmic
+BARS_SHOWN = 8  # effects of the ranking
+STORY_WIDTH = 10.0  # inches
+MODELS_BESIDE = 5  # models of a ladder, more of which have no room beside the ranking
+LINE_LENGTH = 86  # characters of the title
+NAME_WIDTH = 26  # characters of an effect's name, beside its bar
+LOGARITHMIC_FROM = 10.0  # quotient of errors from which on their axis is logarithmic
 
 # Okabe and Ito's colours, told apart by every eye; hatches tell them apart in grey.
 _BLUE, _VERMILION = "#0072B2", "#D55E00"
@@ -49,7 +49,7 @@ _HEADING = {"loc": "left", "fontsize": 11, "fontweight": "bold"}
 
 
 @dataclass(frozen=True)
-class Candidate:
+class TriedEffect:
     """An effect that was tried alone.
 
     Parameters
@@ -72,7 +72,7 @@ class Candidate:
 
 
 def draw_story(
-    title: str, base: Comparison, ranking: Sequence[Candidate], rungs: Rungs, name: str = ""
+    title: str, base: Comparison, ranking: Sequence[TriedEffect], rungs: Rungs, name: str = ""
 ) -> Figure:
     """Draw the base model and where it fails, above the gain of each effect and the ladder.
 
@@ -90,19 +90,21 @@ def draw_story(
     name : str
         Which of several records is shown of the base.
     """
-    beside = bool(ranking) and len(rungs.models) <= BESIDE
+    beside = bool(ranking) and len(rungs.models) <= MODELS_BESIDE
     rows = 2 if beside or not ranking else 3
-    figure = ShownFigure(figsize=(WIDTH, 4.2 * rows), layout="constrained")
+    figure = ShownFigure(figsize=(STORY_WIDTH, 4.2 * rows), layout="constrained")
     figure.get_layout_engine().set(hspace=0.06, wspace=0.04, h_pad=0.06, w_pad=0.06)
     grid = figure.add_gridspec(rows, 2, height_ratios=(1.2, *(rows - 1) * (1.0,)))
     _draw_base(figure, grid[0, :], base, rungs.models[0], name)
     if ranking:
         _draw_ranking(figure.add_subplot(grid[1, 0 if beside else slice(None)]), ranking, rungs)
     ladder = figure.add_subplot(grid[-1, 1 if beside else slice(None)])
-    draw_rungs(ladder, rungs, (0.4 if beside else 0.9) * WIDTH)
+    draw_rungs(ladder, rungs, (0.4 if beside else 0.9) * STORY_WIDTH)
     added = "Effects added, and the error left" if len(rungs.models) > 1 else "Nothing is added"
     ladder.set_title(f"{3 if ranking else 2}  {added}", pad=HEAD, **_HEADING)
-    figure.suptitle(textwrap.fill(title, LINE), x=0.01, ha="left", fontsize=13, fontweight="bold")
+    figure.suptitle(
+        textwrap.fill(title, LINE_LENGTH), x=0.01, ha="left", fontsize=13, fontweight="bold"
+    )
     return figure
 
 
@@ -124,9 +126,9 @@ def _draw_base(figure: Figure, place: SubplotSpec, base: Comparison, model: str,
     axes.set_title("Where its error lies" if here else "Nothing stands out", **_HEADING)
 
 
-def _draw_ranking(axes: Axes, ranking: Sequence[Candidate], rungs: Rungs) -> None:
+def _draw_ranking(axes: Axes, ranking: Sequence[TriedEffect], rungs: Rungs) -> None:
     """Draw a bar for each effect, the best on top, beside the base model's error."""
-    shown = ranking[:SHOWN]
+    shown = ranking[:BARS_SHOWN]
     ratios = np.array([each.heldout for each in shown]) / rungs.noise
     base = rungs.heldout[0] / rungs.noise
     _scale_errors(axes, np.r_[ratios, base])
@@ -135,7 +137,7 @@ def _draw_ranking(axes: Axes, ranking: Sequence[Candidate], rungs: Rungs) -> Non
     if np.isfinite(base):
         axes.axvline(base, label="base model", **_BASE)
     axes.axvline(1.0, label="noise", **_NOISE)
-    axes.set_yticks(range(len(shown)), [wrap_name(each.name, NAME) for each in shown])
+    axes.set_yticks(range(len(shown)), [wrap_name(each.name, NAME_WIDTH) for each in shown])
     for label, each in zip(axes.get_yticklabels(), shown, strict=True):
         label.set_fontweight(_weight(each))
     axes.set_ylim(len(shown) - 0.5, -0.5)
@@ -150,7 +152,7 @@ def _scale_errors(axes: Axes, ratios: FloatArray) -> None:
     """Leave room for the numbers; take a logarithmic axis where the errors span much."""
     known = np.r_[ratios[np.isfinite(ratios) & (ratios > 0.0)], 1.0]
     least, most = known.min(), known.max()
-    if most < WIDE * least:
+    if most < LOGARITHMIC_FROM * least:
         axes.set_xlim(0.0, 1.3 * most)
         return
     axes.set_xscale("log")
@@ -159,7 +161,7 @@ def _scale_errors(axes: Axes, ratios: FloatArray) -> None:
         place(LogFormatter(minor_thresholds=(2.0, 0.7)))
 
 
-def _draw_bar(axes: Axes, row: int, each: Candidate, ratio: float) -> None:
+def _draw_bar(axes: Axes, row: int, each: TriedEffect, ratio: float) -> None:
     """Draw the error that an effect leaves, or say why there is no number."""
     begin, told = axes.get_xlim()[0], multiple(ratio)
     if not np.isfinite(ratio):
@@ -178,11 +180,11 @@ def _draw_bar(axes: Axes, row: int, each: Candidate, ratio: float) -> None:
     )
 
 
-def _weight(candidate: Candidate) -> str:
+def _weight(candidate: TriedEffect) -> str:
     return "bold" if candidate.added else "normal"
 
 
-def _add_key(axes: Axes, shown: Sequence[Candidate]) -> None:
+def _add_key(axes: Axes, shown: Sequence[TriedEffect]) -> None:
     kinds = [
         (any(each.added for each in shown), Patch(label="chosen", **_CHOSEN)),
         (any(each.tied for each in shown), Patch(label="cannot be told apart", **_TRIED | _TIED)),

@@ -26,7 +26,7 @@ LEAST_STRETCHES = 5
 #: Frequencies with less than this part of the strongest one's power tell nothing.
 LEAST_POWER = 0.01
 #: Shortest stretch [s].
-SHORTEST = 0.5
+SHORTEST_STRETCH = 0.5
 
 
 @dataclass(frozen=True)
@@ -65,8 +65,8 @@ def force_delay(
         are not those of a free tip.
     """
     size = position.size // STRETCHES
-    if size * sample_period < SHORTEST:
-        raise ValueError(f"the run is too short: record {STRETCHES * SHORTEST:g} s or more")
+    if size * sample_period < SHORTEST_STRETCH:
+        raise ValueError(f"the run is too short: record {STRETCHES * SHORTEST_STRETCH:g} s or more")
     tool = (tip_mass, load_cell_stiffness, load_cell_damping)
     stretches = [slice(first, first + size) for first in range(0, STRETCHES * size, size)]
     whole = [s for s in stretches if np.isfinite(position[s] + force[s]).all()]

@@ -19,7 +19,7 @@ Interval = tuple[float, float]
 
 
 @dataclass(frozen=True)
-class Line:
+class CalibrationLine:
     """reading = intercept + known / scale, with 95 % confidence intervals.
 
     ``scale`` is in known units for each unit of reading, so the factor of a reading; ``residuals``
@@ -33,7 +33,7 @@ class Line:
     residuals: FloatArray
 
 
-def fit_line(known: FloatArray, readings: FloatArray) -> Line:
+def fit_line(known: FloatArray, readings: FloatArray) -> CalibrationLine:
     """Fit readings, in which alone is error, to known values by least squares.
 
     Parameters
@@ -68,7 +68,7 @@ def fit_line(known: FloatArray, readings: FloatArray) -> Line:
             "the wiring"
         )
     spread = quantile * fit.intercept_stderr
-    return Line(
+    return CalibrationLine(
         scale=float(1.0 / fit.slope),
         scale_interval=(float(1.0 / high), float(1.0 / low)),
         intercept=float(fit.intercept),

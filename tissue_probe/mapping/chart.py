@@ -20,16 +20,16 @@ from tissue_probe.errors import ParameterError
 from tissue_probe.mapping.height import height_over
 from tissue_probe.mapping.lift import Lift
 from tissue_probe.mapping.posterior.domain import TIP
-from tissue_probe.mapping.posterior.sampled import FORM
+from tissue_probe.mapping.posterior.sampled import FORM_ERROR
 from tissue_probe.mapping.sites import Sites
 from tissue_probe.signals import FloatArray
 
 #: Steeper over its own middle plane, a surface rises by more between two sites than they are apart
 #: on that plane, twofold: two sheets of a fold look like that, and the sites do not tell them
 #: apart. A rise of less than a tip's radius is none.
-_STEEPEST = 2.0
+_STEEPEST_SURFACE = 2.0
 #: Straight pieces of a path between two sites.
-_PIECES = 16
+_PATH_PIECES = 16
 
 
 @dataclass(frozen=True)
@@ -66,10 +66,10 @@ class Chart:
         points = np.column_stack([sites.x, sites.y, sites.z])
         plane = _Plane.of(points[told])
         flat = plane.flat(points)
-        if _measure_lengthening(flat[told]) > FORM:
+        if _measure_lengthening(flat[told]) > FORM_ERROR:
             return _bent(sites, flat, told, plane)
         upright = plane.axes[2, 2]
-        if upright >= 1.0 - FORM:
+        if upright >= 1.0 - FORM_ERROR:
             return Chart(sites, _Over(points), "")
         note = (
             f"the sites lie in a plane tilted by {np.degrees(np.arccos(upright)):.0f} degrees: x "
@@ -113,7 +113,7 @@ def _normal(points: FloatArray) -> FloatArray:
     _, sizes, directions = np.linalg.svd(points, full_matrices=True)
     sizes = np.append(sizes, np.zeros(3 - sizes.size))
     normal = directions[2]
-    if sizes[1] <= FORM * sizes[0] or len(points) < 3:
+    if sizes[1] <= FORM_ERROR * sizes[0] or len(points) < 3:
         along = directions[0] if sizes[0] > 0.0 else np.array([1.0, 0.0, 0.0])
         normal = np.array([0.0, 0.0, 1.0]) - along[2] * along
         normal = normal / np.linalg.norm(normal) if np.any(normal) else np.array([1.0, 0.0, 0.0])
@@ -179,7 +179,7 @@ def _refuse_fold(sites: Sites, flat: FloatArray, told: np.ndarray) -> None:
     edges = _edges(places)
     apart = np.abs(places[edges[:, 0]] - places[edges[:, 1]])
     beside = np.hypot(apart[:, 0], apart[:, 1])
-    steep = apart[:, 2] - np.maximum(_STEEPEST * beside, TIP * 1e-3)
+    steep = apart[:, 2] - np.maximum(_STEEPEST_SURFACE * beside, TIP * 1e-3)
     if steep.max() <= 0.0:
         return
     worst = int(steep.argmax())
@@ -212,14 +212,14 @@ def _ways(points: FloatArray) -> FloatArray:
     longer than the shortest by 2 % at most.
     """
     first, second = np.triu_indices(len(points), 1)
-    share = np.linspace(0.0, 1.0, _PIECES + 1)
+    share = np.linspace(0.0, 1.0, _PATH_PIECES + 1)
     over = (
         points[first, None, :2] * (1.0 - share[:, None])
         + points[second, None, :2] * (share[:, None])
     )
     height = height_over(points, over[..., 0].ravel(), over[..., 1].ravel()).reshape(over.shape[:2])
     rise = np.diff(height, axis=1)
-    piece = pdist(points[:, :2])[:, None] / _PIECES
+    piece = pdist(points[:, :2])[:, None] / _PATH_PIECES
     return np.asarray(np.hypot(piece, rise).sum(axis=1))
 
 

@@ -13,7 +13,7 @@ from scipy.optimize import linear_sum_assignment
 from scipy.spatial.distance import cdist
 
 #: Two tip radii: what is farther off is another place [m].
-TOLERANCE = 0.006
+PLACE_TOLERANCE = 0.006
 _Place = tuple[float, float]
 
 
@@ -36,7 +36,9 @@ class Match:
     false: tuple[int, ...]
 
 
-def match(found: Sequence[_Place], true: Sequence[_Place], tolerance: float = TOLERANCE) -> Match:
+def match(
+    found: Sequence[_Place], true: Sequence[_Place], tolerance: float = PLACE_TOLERANCE
+) -> Match:
     """Pair found places with true ones, one to one.
 
     Of all pairings within the tolerance, one with the most pairs is taken, and among these the one

@@ -10,7 +10,7 @@ from tissue_probe.errors import ParameterError
 from tissue_probe.signals import FloatArray
 
 #: A plane has three unknowns: as many neighbours again make its error smaller than the noise.
-NEIGHBOURS = 6
+SITES_AROUND = 6
 
 
 def scatter(x: FloatArray, y: FloatArray, k: FloatArray) -> float:
@@ -32,16 +32,16 @@ def scatter(x: FloatArray, y: FloatArray, k: FloatArray) -> float:
     ParameterError
         If there are too few sites.
     """
-    if k.size <= NEIGHBOURS:
+    if k.size <= SITES_AROUND:
         raise ParameterError(
             f"k_sd is not given, and {k.size} sites are too few to learn it from their scatter: "
-            f"give it, or more than {NEIGHBOURS} sites"
+            f"give it, or more than {SITES_AROUND} sites"
         )
     places, told = np.column_stack([x, y]), np.log(k)
-    _, near = cKDTree(places).query(places, k=NEIGHBOURS + 1)
+    _, near = cKDTree(places).query(places, k=SITES_AROUND + 1)
     left = np.empty(k.size)
     for site, (own, *others) in enumerate(near):
-        plane = np.column_stack([np.ones(NEIGHBOURS), places[others] - places[own]])
+        plane = np.column_stack([np.ones(SITES_AROUND), places[others] - places[own]])
         weights = np.linalg.pinv(plane)[0]
         error = told[own] - weights @ told[others]
         left[site] = abs(error) / np.sqrt(1.0 + weights @ weights)

@@ -18,7 +18,7 @@ LEAST_CONTACT = 0.1
 #: tell would be lost in rounding beside the square of it.
 LEAST_KNOWN = 1e6
 #: Memory and time rise with the square and cube of the number of sites.
-MOST_SITES = 1000
+MOST_MAPPED = 1000
 
 
 @dataclass(frozen=True)
@@ -72,9 +72,9 @@ class Sites:
                 f"k_sd of site {row} is {self.k_sd[row]:.4g} N/m, and its k {self.k[row]:.4g} N/m: "
                 "it tells nothing; leave its k out (NaN), or check the units"
             )
-        if self.felt.sum() > MOST_SITES:
+        if self.felt.sum() > MOST_MAPPED:
             raise ParameterError(
-                f"{self.felt.sum()} sites have a value; a map takes at most {MOST_SITES}: pool "
+                f"{self.felt.sum()} sites have a value; a map takes at most {MOST_MAPPED}: pool "
                 "neighbours, or map a part"
             )
 

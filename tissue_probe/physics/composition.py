@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from tissue_probe.physics.effects import Effect
     from tissue_probe.physics.machine_code import Text
     from tissue_probe.physics.model import Model
-    from tissue_probe.physics.response import Kernel
+    from tissue_probe.physics.response import ResponseKernel
 
 #: Sources that a kernel depends on besides its effects, whose text is part of its name.
 SOURCES = (
@@ -147,17 +147,17 @@ class Composition:
         return self.rig.compose(self.all_effects, tissue, contact_position=True)
 
     @cached_property
-    def kernel(self) -> Kernel:
+    def kernel(self) -> ResponseKernel:
         """The compiled code, made where no earlier process has.
 
         It is the same for records of every size: numbers are turned before and after.
         """
         if not self.scale.is_usual:
             return self._turned_kernel()
-        from tissue_probe.physics.response import Kernel
+        from tissue_probe.physics.response import ResponseKernel
 
         digest = hashlib.sha256(self._said.encode()).hexdigest()[:16]
-        return Kernel.load(f"response_{digest}", self._text, SOURCES)
+        return ResponseKernel.load(f"response_{digest}", self._text, SOURCES)
 
     @property
     def _said(self) -> str:
@@ -170,7 +170,7 @@ class Composition:
             return repr(self.model)
         return "\n".join((self.rig.name, self.tissue, *map(_declared, self.all_effects)))
 
-    def _turned_kernel(self) -> Kernel:
+    def _turned_kernel(self) -> ResponseKernel:
         from tissue_probe.physics.resized import over
         from tissue_probe.physics.response import Turned
 

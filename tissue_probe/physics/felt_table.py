@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 from pydantic import BaseModel, ConfigDict, model_validator
 
-from tissue_probe.signals import REACH, FloatArray
+from tissue_probe.signals import FARTHEST_PLACE, FloatArray
 
 if TYPE_CHECKING:
     from tissue_probe.physics.phantom import Nodule
@@ -99,9 +99,9 @@ class FeltTable(BaseModel):
                 "feels nothing finer than its radius"
             )
         for name, low, high, unit in (
-            ("x", -REACH, REACH, "m"),
-            ("y", -REACH, REACH, "m"),
-            ("z", -REACH, REACH, "m"),
+            ("x", -FARTHEST_PLACE, FARTHEST_PLACE, "m"),
+            ("y", -FARTHEST_PLACE, FARTHEST_PLACE, "m"),
+            ("z", -FARTHEST_PLACE, FARTHEST_PLACE, "m"),
             ("k", SOFTEST, STIFFEST, "N/m"),
             ("beta", 0.0, MOST_DAMPING, "N s/m"),
         ):

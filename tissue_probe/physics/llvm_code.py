@@ -82,7 +82,7 @@ class Function:
                 argument.add_attribute("noalias")
         self._builder = ir.IRBuilder(self._function.append_basic_block())
         self._known: dict[str, ir.Value] = {}
-        self._printer = _Printer(self._builder, self._known)
+        self._printer = _InstructionPrinter(self._builder, self._known)
         self._names = (sp.Symbol(f"_{number}", real=True) for number in count())
 
     def name(self, symbol: sp.Symbol, argument: str) -> None:
@@ -212,7 +212,7 @@ class Function:
         return self._builder.shuffle_vector(one, none, first)
 
 
-class _Printer(Printer):
+class _InstructionPrinter(Printer):
     """Instructions for an expression; SymPy finds the method for each kind of node."""
 
     def __init__(self, builder: ir.IRBuilder, known: Mapping[str, ir.Value]) -> None:

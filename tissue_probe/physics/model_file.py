@@ -61,11 +61,11 @@ class UnnamedEffectError(ModelFileError):
         return type(self), self._given
 
 
-class _Entry(BaseModel):
+class _FileEntry(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
 
 
-class Quantity(_Entry):
+class ModelNumber(_FileEntry):
     """One number of the model; a deviation of 0 says that it was held."""
 
     value: float = setting(..., "", "in the unit told")
@@ -73,7 +73,7 @@ class Quantity(_Entry):
     unit: str = setting(..., "", "SI")
 
 
-class EffectEntry(_Entry):
+class EffectEntry(_FileEntry):
     """One effect: its name, its form where there are several, the file of a user's own."""
 
     name: str = setting(..., "", "as `tissue_probe.physics.effects` or the file has it")
@@ -83,14 +83,14 @@ class EffectEntry(_Entry):
     )
 
 
-class DataFile(_Entry):
+class DataFile(_FileEntry):
     """One file that the model was fitted to."""
 
     name: str = setting(..., "", "without its folder")
     sha256: str = setting(..., "", "of the file's bytes, in hexadecimal")
 
 
-class Data(_Entry):
+class Data(_FileEntry):
     """The observations of the numbers, and how well they fit them.
 
     Noise and errors are of the channel that the rig's models predict: a force [N], or a position
@@ -139,7 +139,7 @@ class Data(_Entry):
         )
 
 
-class Size(_Entry):
+class Size(_FileEntry):
     """How many times larger than usual the records are that the model is for (``Scale``)."""
 
     length: float = setting(1.0, "", "of lengths", gt=0.0)
@@ -148,7 +148,7 @@ class Size(_Entry):
     input2: float = setting(1.0, "", "of the second input", gt=0.0)
 
 
-class ModelFile(_Entry):
+class ModelFile(_FileEntry):
     """The file, field by field."""
 
     version: Literal[1] = setting(..., "", "of this layout")
@@ -156,8 +156,8 @@ class ModelFile(_Entry):
     tissue: Literal[tuple(TISSUES)] = setting(..., "", "the tissue that the tip presses on")
     size: Size = setting(Size(), "", "by which constants of its laws are larger, such as a depth")
     effects: tuple[EffectEntry, ...] = setting((), "", "further physics, in order")
-    constants: dict[str, Quantity] = setting(..., "", "the rig's")
-    parameters: dict[str, Quantity] = setting(..., "", "the tissue's and the effects'")
+    constants: dict[str, ModelNumber] = setting(..., "", "the rig's")
+    parameters: dict[str, ModelNumber] = setting(..., "", "the tissue's and the effects'")
     data: Data | None = setting(None, "", "where the numbers came from")
 
 
@@ -421,7 +421,7 @@ def _model_at(place: tuple[int | str, ...]) -> type[BaseModel]:
         return ModelFile
     depth = len(place)
     if place[0] in ("constants", "parameters") and depth > 1:
-        return Quantity
+        return ModelNumber
     if place[0] == "size" and depth > 1:
         return Size
     if place[0] == "effects" and depth > 1:

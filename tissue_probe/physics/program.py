@@ -12,7 +12,7 @@ import sympy as sp
 from sympy.printing.pycode import PythonCodePrinter
 
 
-class _Printer(PythonCodePrinter):
+class _PythonPrinter(PythonCodePrinter):
     """Python that loses no digit of a constant."""
 
     def _print_Float(self, expression: sp.Float) -> str:  # noqa: N802
@@ -31,7 +31,7 @@ class _Printer(PythonCodePrinter):
         return "0.0"
 
 
-_printer = _Printer()
+_printer = _PythonPrinter()
 
 # More variables than these are kept in an array: the time that Numba takes to compile a loop grows
 # with the number of its variables times the length of the function.

@@ -64,7 +64,7 @@ class Turned:
 
 
 @dataclass(frozen=True)
-class Kernel:
+class ResponseKernel:
     """Machine code of a model, and its facts.
 
     Attributes
@@ -121,7 +121,7 @@ class Kernel:
     turned: Turned | None = None
 
     @classmethod
-    def load(cls, name: str, write: Callable[[], Text], sources: tuple[str, ...]) -> Kernel:
+    def load(cls, name: str, write: Callable[[], Text], sources: tuple[str, ...]) -> ResponseKernel:
         """Return the kernel of a text of ``response_code``, as ``machine_code.load`` does."""
         code = machine_code.load(name, write, sources, _integration)
         return cls(code, **code.facts)
@@ -240,7 +240,7 @@ class Response:
 
 
 def course(
-    kernel: Kernel,
+    kernel: ResponseKernel,
     measured: FloatArray,
     period: float,
     values: FloatArray,
@@ -282,7 +282,7 @@ def course(
 
 
 def _of_driver(
-    kernel: Kernel,
+    kernel: ResponseKernel,
     measured: FloatArray,
     period: float,
     values: FloatArray,
@@ -387,7 +387,9 @@ def _pieces(
     return with_acceleration(pieces, period) if felt else pieces
 
 
-def respond(kernel: Kernel, values: FloatArray, start: FloatArray, coil: Course) -> Response:
+def respond(
+    kernel: ResponseKernel, values: FloatArray, start: FloatArray, coil: Course
+) -> Response:
     """Simulate a model under a course of the coil, from given states at the first sample.
 
     Parameters
@@ -412,7 +414,9 @@ def respond(kernel: Kernel, values: FloatArray, start: FloatArray, coil: Course)
     return Response(found.output * own.output, found.sensitivity * by)
 
 
-def _response(kernel: Kernel, values: FloatArray, start: FloatArray, coil: Course) -> Response:
+def _response(
+    kernel: ResponseKernel, values: FloatArray, start: FloatArray, coil: Course
+) -> Response:
     """Simulate in the units of the machine code."""
     n, count, columns = len(kernel.states), len(kernel.values), kernel.width
     if start.shape != (n,) or values.shape != (count,):
@@ -445,7 +449,7 @@ def _response(kernel: Kernel, values: FloatArray, start: FloatArray, coil: Cours
 
 
 def _late(
-    kernel: Kernel,
+    kernel: ResponseKernel,
     answer: FloatArray,
     sensitivity: FloatArray,
     values: FloatArray,

@@ -29,21 +29,21 @@ ROUNDS = 4
 #: this factor, again and again.
 PULL, PULLS = 2.0, 16
 #: Share of its due that is taken off a coarse rounding: the remaining roughness is known
-#: (``Smoothed.error``), and the part of the motion that is smoothed away is not.
+#: (``SmoothedCourse.error``), and the part of the motion that is smoothed away is not.
 CAUTION = 0.97
 #: Samples at either end over which a fine rounding is smoothed less: there a spline strays most.
 EDGE = 100
 
 
 @dataclass(frozen=True)
-class Smoothed:
+class SmoothedCourse:
     """The course [m], and one of the errors that it may have [m]; both of shape (n,)."""
 
     course: FloatArray
     error: FloatArray
 
 
-def smoothed(position: FloatArray, step: float, fine: bool = False) -> Smoothed:
+def smoothed(position: FloatArray, step: float, fine: bool = False) -> SmoothedCourse:
     """Return the smoothest course within the errors of rounding.
 
     Rounding to ``step`` q is taken as white noise of variance q^2/12 (Widrow and Kollar 2008),
@@ -68,10 +68,10 @@ def smoothed(position: FloatArray, step: float, fine: bool = False) -> Smoothed:
 
 
 @for_a_call(8)
-def _smoothed(position: bytes, step: float, fine: bool) -> Smoothed:
+def _smoothed(position: bytes, step: float, fine: bool) -> SmoothedCourse:
     rounded = np.frombuffer(position) / step * np.sqrt(12.0)
     if rounded.size <= 2 * ORDER:
-        return Smoothed(np.frombuffer(position), np.zeros(rounded.size))
+        return SmoothedCourse(np.frombuffer(position), np.zeros(rounded.size))
     random = np.random.default_rng(0)
     probe = random.standard_normal(rounded.size)
     count = rounded.size - ORDER
@@ -89,7 +89,7 @@ def _smoothed(position: bytes, step: float, fine: bool) -> Smoothed:
     rough = np.sqrt(weight) * random.standard_normal(weight.size)
     error = _solve(weight, np.sqrt(trust) * probe + _difference_transposed(rough), trust)
     unit = step / np.sqrt(12.0)
-    return Smoothed(course * unit, error * unit)
+    return SmoothedCourse(course * unit, error * unit)
 
 
 def _within_steps(

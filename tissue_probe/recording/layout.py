@@ -56,7 +56,7 @@ def _unit_of_time(name: str, given: Any) -> str:
 
 
 #: The values that each statement may have.
-KINDS: dict[str, take.Kind] = {
+STATEMENT_KINDS: dict[str, take.Kind] = {
     **dict.fromkeys(("position", "force", "time", "input2"), take.optional(_column)),
     "position_unit": take.optional(_size(POSITION_UNITS | VELOCITY_UNITS)),
     "force_unit": take.optional(_size(FORCE_UNITS)),
@@ -127,7 +127,7 @@ class Layout:
     adapter: str | None = None
 
     def __post_init__(self) -> None:
-        for name, kind in KINDS.items():
+        for name, kind in STATEMENT_KINDS.items():
             object.__setattr__(self, name, kind(name, getattr(self, name)))
         if self.sample_rate is not None and (self.time or self.time_unit):
             raise ParameterError("`time` and `sample_rate` exclude each other; give one of them")

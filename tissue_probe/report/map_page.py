@@ -15,7 +15,7 @@ from markupsafe import Markup
 from plotly.offline import get_plotlyjs
 from plotly.subplots import make_subplots
 
-from tissue_probe.mapping.posterior.hidden import LARGEST
+from tissue_probe.mapping.posterior.hidden import LARGEST_RADIUS
 from tissue_probe.mapping.posterior.results import PosteriorMap, Raster
 from tissue_probe.mapping.sites import Sites
 from tissue_probe.report.numbers import significant
@@ -24,9 +24,9 @@ from tissue_probe.signals import FloatArray
 
 MILLIMETRES = 1e3
 #: Inclusions whose boundaries are drawn: more likely there than not.
-DRAWN = 0.5
+DRAWN_PROBABILITY = 0.5
 #: Lines of a boundary: white on black is seen on every colour.
-_LINES = (("black", 4.0), ("white", 1.6))
+_LINE_STROKES = (("black", 4.0), ("white", 1.6))
 #: Plotly's button that uploads the chart would send a patient's data away: it is left out.
 _CONFIG = {
     "displaylogo": False,
@@ -77,12 +77,12 @@ def render_map(page: MapPage) -> str:
 def _plot(page: MapPage) -> str:
     """Return stiffness, P(inclusion) and sizes that could hide, with sites and boundaries."""
     surface, hide = page.found.surface, page.found.could_hide
-    radius = np.where(np.isnan(hide.radius), LARGEST, MILLIMETRES * hide.radius)
+    radius = np.where(np.isnan(hide.radius), LARGEST_RADIUS, MILLIMETRES * hide.radius)
     layers = (
         ("stiffness k [N/m]", surface, surface.mean, "Viridis", None),
         ("P(inclusion)", surface, surface.probability, "Magma", (0.0, 1.0)),
         (f"could hide, {hide.contrast:g} times stiffer: radius [mm]", hide, radius, "Cividis",
-         (0.0, LARGEST)),
+         (0.0, LARGEST_RADIUS)),
     )  # fmt: skip
     figure = make_subplots(
         1, len(layers), subplot_titles=[name for name, *_ in layers], horizontal_spacing=0.09
@@ -129,7 +129,7 @@ def _heat(
 
 
 def _boundaries(found: PosteriorMap) -> list[go.Scatter]:
-    shown = [one for one in found.inclusions if one.probability >= DRAWN]
+    shown = [one for one in found.inclusions if one.probability >= DRAWN_PROBABILITY]
     return [
         go.Scatter(
             x=_mm(getattr(one, name)[:, 0]),
@@ -138,7 +138,7 @@ def _boundaries(found: PosteriorMap) -> list[go.Scatter]:
             line={"color": colour, "width": width, "dash": dash},
             hoverinfo="skip",
         )
-        for one, (name, dash), (colour, width) in product(shown, _DASHES.items(), _LINES)
+        for one, (name, dash), (colour, width) in product(shown, _DASHES.items(), _LINE_STROKES)
     ]
 
 

@@ -15,7 +15,7 @@ from tissue_probe.quantities import Quantity, scale_value
 from tissue_probe.report.contents import Report, ReportSignals
 from tissue_probe.signals import FloatArray
 
-FEW = 8  # samples in a bin, from which on its error is shown
+SAMPLES_IN_BIN = 8  # samples in a bin, from which on its error is shown
 
 
 def unit_of(report: Report) -> tuple[float, str]:
@@ -90,7 +90,7 @@ def _profile(of: dict[str, Localisation], place: int, noise: float) -> dict[str,
 
 
 def _ratio(profile: Profile, noise: float) -> list[float | None]:
-    ratio = np.sqrt(np.where(profile.expected < FEW * noise**2, np.nan, profile.excess))
+    ratio = np.sqrt(np.where(profile.expected < SAMPLES_IN_BIN * noise**2, np.nan, profile.excess))
     return [float(f"{each:.4g}") if np.isfinite(each) else None for each in ratio]
 
 

@@ -15,7 +15,7 @@ from tissue_probe.report.numbers import interval
 from tissue_probe.report.page import templates
 
 #: Steps of an axis at most: more would run into each other on a telephone.
-STEPS = 4
+AXIS_STEPS = 4
 
 
 @dataclass(frozen=True)
@@ -82,7 +82,7 @@ class Forest:
     def steps(self) -> Iterator[tuple[str, str]]:
         """Yield the places and texts of the axis' steps."""
         low, high = self.span()
-        for each in MaxNLocator(STEPS).tick_values(low, high):
+        for each in MaxNLocator(AXIS_STEPS).tick_values(low, high):
             if low <= each <= high:
                 yield self.place(each), f"{each:g}".replace("-", "−")
 

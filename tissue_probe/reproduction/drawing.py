@@ -8,7 +8,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from tissue_probe.reproduction.filters import Filter
+from tissue_probe.reproduction.filters import ShownFilter
 from tissue_probe.signals import FloatArray, TissueEstimates
 
 LABELS = {
@@ -18,7 +18,7 @@ LABELS = {
 }
 TRUTH = {"color": "black", "linestyle": ":", "linewidth": 1.6, "zorder": 5.0}
 
-Runs = Mapping[Filter, TissueEstimates]
+Runs = Mapping[ShownFilter, TissueEstimates]
 Truth = tuple[FloatArray, FloatArray]
 
 
@@ -33,7 +33,7 @@ def panels(names: Sequence[str], x_label: str) -> tuple[Figure, dict[str, Axes]]
     return figure, axes
 
 
-def draw_line(axes: Axes, x: FloatArray, y: FloatArray, of: Filter) -> None:
+def draw_line(axes: Axes, x: FloatArray, y: FloatArray, of: ShownFilter) -> None:
     """Draw a filter's estimates."""
     axes.plot(x, y, color=of.color, linestyle=of.dashes, label=of.label)
 
@@ -68,7 +68,7 @@ def legend(figure: Figure) -> None:
     )
 
 
-def band(axes: Axes, time: FloatArray, values: FloatArray, of: Filter) -> None:
+def band(axes: Axes, time: FloatArray, values: FloatArray, of: ShownFilter) -> None:
     """Draw median and range of several runs, shape (runs, n)."""
     low, high = np.min(values, axis=0), np.max(values, axis=0)
     axes.fill_between(time, low, high, color=of.color, alpha=0.2, linewidth=0.0)

@@ -19,11 +19,11 @@ SAMPLE_PERIOD = 5e-4  # s; 2 kHz, section III-D
 TIP_MASS, LOAD_CELL_STIFFNESS, LOAD_CELL_DAMPING = 0.04, 9700.0, 0.8  # SI; section IV-A
 FORCE_NOISE = 0.005  # N; the root of v_t, section V-A
 ENCODER_RESOLUTION = 1e-7  # m
-AMPLITUDE = 2.3e-3  # m; makes 1 N on the tissue of the baseline, as in figure 8
+PAPER_AMPLITUDE = 2.3e-3  # m; makes 1 N on the tissue of the baseline, as in figure 8
 
 
 @dataclass(frozen=True)
-class Tissue:
+class SimulatedTissue:
     """Kelvin-Voigt tissue with, perhaps, a spring and a damper in series beside it.
 
     Attributes
@@ -49,11 +49,11 @@ class Tissue:
         return self.stiffness + share * w**2, self.damping + share * rate
 
 
-NO_CONTACT = Tissue(0.0, 0.0)
+NO_CONTACT = SimulatedTissue(0.0, 0.0)
 
 
 @dataclass(frozen=True)
-class Experiment:
+class SineExperiment:
     """One measurement with a sine at the coil, which starts at rest.
 
     ``tissues`` holds (time [s] from which it is under the tip, tissue), the first at 0; times are
@@ -61,10 +61,10 @@ class Experiment:
     measurement [s], which begins ``lead`` [s] after the motion.
     """
 
-    tissues: tuple[tuple[float, Tissue], ...]
+    tissues: tuple[tuple[float, SimulatedTissue], ...]
     duration: float = 1.0
     frequency: float = 10.0
-    amplitude: float = AMPLITUDE
+    amplitude: float = PAPER_AMPLITUDE
     lead: float = 0.0
     seed: int = 0
 
@@ -109,7 +109,7 @@ class Experiment:
         samples = np.arange(self._first + self.time.size)
         return np.searchsorted(starts, samples, side="right") - 1
 
-    def _rates(self, tissue: Tissue) -> FloatArray:
+    def _rates(self, tissue: SimulatedTissue) -> FloatArray:
         """Return the matrix of [x, x', extension of the branch, sin, cos] (paper, eq. 1)."""
         w = 2.0 * np.pi * self.frequency
         tip = np.array(

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from tissue_probe.estimation import Estimator, EstimatorSettings
-from tissue_probe.reproduction.experiment import Experiment
+from tissue_probe.reproduction.experiment import SineExperiment
 from tissue_probe.signals import TissueEstimates
 
 # Forward Euler (eqs. 6 and 7), P0 = I (the trace of figure 7c begins at 4), w_t of section V-A. The
@@ -26,7 +26,7 @@ PAPER = EstimatorSettings(
 # Unsure of the tissue, and sure that the tip rests. The paper does not tell its prior; where
 # measuring begins in the midst of a motion, filters with this one fail at high frequencies only, as
 # the paper's do.
-WIDE = PAPER.model_copy(
+UNSURE_OF_TISSUE = PAPER.model_copy(
     update={
         "stiffness_prior_sd": 1e4,
         "damping_prior_sd": 20.0,
@@ -37,7 +37,7 @@ WIDE = PAPER.model_copy(
 
 
 @dataclass(frozen=True)
-class Filter:
+class ShownFilter:
     """An estimator under the name it has in figures, with its colour and dashes there."""
 
     label: str
@@ -46,27 +46,27 @@ class Filter:
     color: str
     dashes: str | tuple[int, tuple[float, ...]]
 
-    def run(self, experiment: Experiment) -> TissueEstimates:
+    def run(self, experiment: SineExperiment) -> TissueEstimates:
         """Estimate the tissue of an experiment after every sample."""
         return Estimator(self.estimator, self.settings).process(experiment.samples())
 
 
-def paper_filters(settings: EstimatorSettings) -> tuple[Filter, Filter, Filter]:
+def paper_filters(settings: EstimatorSettings) -> tuple[ShownFilter, ShownFilter, ShownFilter]:
     """Return UKF, EKF and AFEKF of the paper, with one prior."""
     return (
-        Filter("paper's UKF", "ukf", settings, "#0072B2", "-"),
-        Filter("paper's EKF", "ekf", settings, "#E69F00", (0, (5, 2))),
-        Filter("paper's AFEKF", "afekf", settings, "#CC79A7", (0, (2, 1.5))),
+        ShownFilter("paper's UKF", "ukf", settings, "#0072B2", "-"),
+        ShownFilter("paper's EKF", "ekf", settings, "#E69F00", (0, (5, 2))),
+        ShownFilter("paper's AFEKF", "afekf", settings, "#CC79A7", (0, (2, 1.5))),
     )
 
 
 UKF, EKF, AFEKF = paper_filters(PAPER)
-ROBUST = Filter("robust_ekf", "robust_ekf", EstimatorSettings(), "#009E73", "-")
+ROBUST = ShownFilter("robust_ekf", "robust_ekf", EstimatorSettings(), "#009E73", "-")
 EVERY = (UKF, EKF, AFEKF, ROBUST)
 
 
-def exact(of: Filter) -> Filter:
+def exact(of: ShownFilter) -> ShownFilter:
     """Return a filter of the paper with the exact step in place of Euler's, all else equal."""
     settings = of.settings.model_copy(update={"discretisation": "exact"})
     label = f"{of.estimator.upper()}, exact step"
-    return Filter(label, of.estimator, settings, "black", ":")
+    return ShownFilter(label, of.estimator, settings, "black", ":")

@@ -12,7 +12,7 @@ from tissue_probe.signals import FloatArray
 
 
 @dataclass(frozen=True)
-class Finding:
+class ReproducedQuantity:
     """One row of the table: a quantity, the paper's value, those of its method and ours."""
 
     quantity: str
@@ -26,7 +26,7 @@ class Reproduction:
     """A figure of the paper, made again, and its findings."""
 
     figure: Figure
-    findings: tuple[Finding, ...]
+    findings: tuple[ReproducedQuantity, ...]
 
 
 def describe_settling(values: FloatArray, truth: FloatArray, begin: float = 0.0) -> str:

@@ -14,17 +14,17 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from tissue_probe.reproduction.drawing import LABELS, draw_line, legend, panels
-from tissue_probe.reproduction.experiment import Experiment, Tissue
+from tissue_probe.reproduction.experiment import SimulatedTissue, SineExperiment
 from tissue_probe.reproduction.filters import (
     EVERY,
     ROBUST,
     UKF,
-    WIDE,
-    Filter,
+    UNSURE_OF_TISSUE,
+    ShownFilter,
     exact,
     paper_filters,
 )
-from tissue_probe.reproduction.finding import Finding, Reproduction
+from tissue_probe.reproduction.finding import ReproducedQuantity, Reproduction
 from tissue_probe.reproduction.liver import LIVER
 from tissue_probe.signals import FloatArray
 
@@ -32,28 +32,29 @@ FREQUENCIES = (1.0, 2.0, 5.0, 10.0, 15.0, 20.0, 25.0, 30.0)  # Hz
 AVERAGED = 200  # samples of the moving average, section V-A
 FAILED = (0.2, 0.5)  # of the true stiffness, of the true damping
 # Not stated; fits the axes of figure 9.
-SILICONE = Tissue(330.0, 2.0, relaxing_stiffness=400.0, relaxation_rate=60.0)
-WIDE_UKF, WIDE_EKF, WIDE_AFEKF = paper_filters(WIDE)
+SILICONE = SimulatedTissue(330.0, 2.0, relaxing_stiffness=400.0, relaxation_rate=60.0)
+WIDE_UKF, WIDE_EKF, WIDE_AFEKF = paper_filters(UNSURE_OF_TISSUE)
 #: Where in a period of the coil, which has moved for half a second, measuring begins.
-STARTS = tuple((i + 0.25) / 12.0 for i in range(12))
+PERIOD_STARTS = tuple((i + 0.25) / 12.0 for i in range(12))
 
 
-def join_experiment(tissue: Tissue, frequency: float, start: float) -> Experiment:
+def join_experiment(tissue: SimulatedTissue, frequency: float, start: float) -> SineExperiment:
     """Return an experiment that begins at a part of a period of the moving coil."""
     lead = (np.ceil(0.5 * frequency) + start) / frequency
-    return Experiment(((0.0, tissue),), frequency=frequency, lead=lead, seed=round(100 * start))
+    return SineExperiment(((0.0, tissue),), frequency=frequency, lead=lead, seed=round(100 * start))
 
 
 @cache
-def sweep(tissue: Tissue, of: Filter) -> FloatArray:
+def sweep(tissue: SimulatedTissue, of: ShownFilter) -> FloatArray:
     """Return k, beta and trace after one second, shape (3, starts, frequencies)."""
     found = [
-        [_after_one_second(of, join_experiment(tissue, f, s)) for f in FREQUENCIES] for s in STARTS
+        [_after_one_second(of, join_experiment(tissue, f, s)) for f in FREQUENCIES]
+        for s in PERIOD_STARTS
     ]
     return np.moveaxis(found, 2, 0)
 
 
-def _after_one_second(of: Filter, experiment: Experiment) -> list[float]:
+def _after_one_second(of: ShownFilter, experiment: SineExperiment) -> list[float]:
     last = of.run(experiment)[-AVERAGED:]
     return [float(np.mean(getattr(last, name))) for name in LABELS]
 
@@ -72,8 +73,8 @@ def fig15() -> Reproduction:
     figure = _draw(LIVER, (*filters, ROBUST, reference))
     told = ", ".join(f"{each.estimator.upper()} {_failures(LIVER, each)}" for each in filters)
     told += f"; EKF with the exact step {_failures(LIVER, reference)}"
-    failures = Finding(
-        f"k wrong by 20 % or β by 50 %, of {len(STARTS) * len(FREQUENCIES)} runs",
+    failures = ReproducedQuantity(
+        f"k wrong by 20 % or β by 50 %, of {len(PERIOD_STARTS) * len(FREQUENCIES)} runs",
         "above 15 Hz EKF and AFEKF, not UKF",
         told,
         _failures(LIVER, ROBUST),
@@ -81,7 +82,7 @@ def fig15() -> Reproduction:
     return Reproduction(figure, (_rise(LIVER, WIDE_UKF, exact(WIDE_UKF), "rises"), failures))
 
 
-def _draw(tissue: Tissue, filters: Sequence[Filter]) -> Figure:
+def _draw(tissue: SimulatedTissue, filters: Sequence[ShownFilter]) -> Figure:
     """Draw the medians over the starts, and every single run as a dot."""
     figure, axes = panels(list(LABELS), "frequency [Hz]")
     fine = np.linspace(FREQUENCIES[0], FREQUENCIES[-1], 200)
@@ -98,14 +99,16 @@ def _draw(tissue: Tissue, filters: Sequence[Filter]) -> Figure:
     return figure
 
 
-def _rise(tissue: Tissue, euler: Filter, reference: Filter, stated: str) -> Finding:
+def _rise(
+    tissue: SimulatedTissue, euler: ShownFilter, reference: ShownFilter, stated: str
+) -> ReproducedQuantity:
     """Say by how much k rises from 1 to 30 Hz, and which part of it is Euler's."""
     true = tissue.at(FREQUENCIES[-1])[0] - tissue.at(FREQUENCIES[0])[0]
     rise = {
         each: np.diff(np.median(sweep(tissue, each)[0], axis=0)[[0, -1]]).item()
         for each in (euler, reference, ROBUST)
     }
-    return Finding(
+    return ReproducedQuantity(
         f"rise of k, 1 to 30 Hz (true {true:.0f} N/m)",
         stated,
         f"{euler.estimator.upper()} {rise[euler]:.0f} N/m; exact step {rise[reference]:.0f} N/m: "
@@ -114,7 +117,7 @@ def _rise(tissue: Tissue, euler: Filter, reference: Filter, stated: str) -> Find
     )
 
 
-def _failures(tissue: Tissue, of: Filter) -> str:
+def _failures(tissue: SimulatedTissue, of: ShownFilter) -> str:
     """Say how many runs miss k by 20 % or beta by 50 %, and the lowest frequency of these."""
     known = np.transpose([tissue.at(frequency) for frequency in FREQUENCIES])
     errors = np.abs(sweep(tissue, of)[:2] / known[:, None, :] - 1.0)
@@ -127,7 +130,7 @@ def _failures(tissue: Tissue, of: Filter) -> str:
 def fig16() -> Reproduction:
     """Draw the force at 30 Hz, of the start from which the paper's EKF goes farthest astray."""
     stiffness = sweep(LIVER, WIDE_EKF)[0, :, -1]
-    worst = STARTS[np.argmax(np.abs(stiffness - LIVER.at(FREQUENCIES[-1])[0]))]
+    worst = PERIOD_STARTS[np.argmax(np.abs(stiffness - LIVER.at(FREQUENCIES[-1])[0]))]
     experiment = join_experiment(LIVER, FREQUENCIES[-1], worst)
     force, time = experiment.samples().force, experiment.time
     figure, axes = panels(["force [N]"], "time [s]")
@@ -143,4 +146,6 @@ def fig16() -> Reproduction:
     ours = told.pop(ROBUST)
     theirs = ", ".join(f"{each.estimator.upper()} {share}" for each, share in told.items())
     stated = "UKF close; EKF, AFEKF too large and late"
-    return Reproduction(figure, (Finding("rms force error at 30 Hz", stated, theirs, ours),))
+    return Reproduction(
+        figure, (ReproducedQuantity("rms force error at 30 Hz", stated, theirs, ours),)
+    )

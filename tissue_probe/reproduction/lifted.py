@@ -3,22 +3,26 @@
 from __future__ import annotations
 
 from tissue_probe.reproduction.drawing import LABELS, draw_runs
-from tissue_probe.reproduction.experiment import NO_CONTACT, Experiment, Tissue
+from tissue_probe.reproduction.experiment import NO_CONTACT, SimulatedTissue, SineExperiment
 from tissue_probe.reproduction.filters import AFEKF, EKF, EVERY, ROBUST
-from tissue_probe.reproduction.finding import Finding, Reproduction, describe_settling
+from tissue_probe.reproduction.finding import ReproducedQuantity, Reproduction, describe_settling
 
 LIFTED, LOWERED = 4.0, 6.0  # s; four seconds on either tissue, section V-D
 # The values are not stated; these fit the axes of the figure.
-EXPERIMENT = Experiment(
-    ((0.0, Tissue(1600.0, 30.0)), (LIFTED, NO_CONTACT), (LOWERED, Tissue(500.0, 8.0))),
+LIFTED_PROBE = SineExperiment(
+    (
+        (0.0, SimulatedTissue(1600.0, 30.0)),
+        (LIFTED, NO_CONTACT),
+        (LOWERED, SimulatedTissue(500.0, 8.0)),
+    ),
     duration=10.0,
 )
 
 
 def fig11() -> Reproduction:
     """Draw stiffness, damping and covariance trace through both changes."""
-    runs, truth = {each: each.run(EXPERIMENT) for each in EVERY}, EXPERIMENT.truth()
-    samples = round(LOWERED / EXPERIMENT.time[1])
+    runs, truth = {each: each.run(LIFTED_PROBE) for each in EVERY}, LIFTED_PROBE.truth()
+    samples = round(LOWERED / LIFTED_PROBE.time[1])
     findings = []
     for symbol, name, known in zip(("k", "β"), ("stiffness", "damping"), truth, strict=True):
         values = {each: getattr(estimates, name) for each, estimates in runs.items()}
@@ -27,12 +31,12 @@ def fig11() -> Reproduction:
                 each: describe_settling(v[:end], known[:end], begin) for each, v in values.items()
             }
             findings.append(
-                Finding(
+                ReproducedQuantity(
                     f"{symbol} within 5 %, {what}",
                     "AFEKF very quickly, EKF and UKF very slowly",
                     f"AFEKF {time[AFEKF]}, EKF {time[EKF]}",
                     time[ROBUST],
                 )
             )
-    figure = draw_runs(EXPERIMENT.time, runs, truth, list(LABELS))
+    figure = draw_runs(LIFTED_PROBE.time, runs, truth, list(LABELS))
     return Reproduction(figure, tuple(findings))

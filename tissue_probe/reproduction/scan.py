@@ -20,26 +20,28 @@ from tissue_probe.mapping.stiffness_map import StiffnessMapData
 from tissue_probe.mapping.verdict import Verdict
 from tissue_probe.physics.phantom import Phantom
 from tissue_probe.reproduction.drawing import LABELS
-from tissue_probe.reproduction.experiment import Experiment, Tissue
-from tissue_probe.reproduction.filters import AFEKF, EKF, ROBUST, UKF, Filter
-from tissue_probe.reproduction.finding import Finding, Reproduction
+from tissue_probe.reproduction.experiment import SimulatedTissue, SineExperiment
+from tissue_probe.reproduction.filters import AFEKF, EKF, ROBUST, UKF, ShownFilter
+from tissue_probe.reproduction.finding import ReproducedQuantity, Reproduction
 from tissue_probe.signals import FloatArray, TissueEstimates
 
 GRID = Grid((0.0, 0.0, 0.0), 0.01, 5, 5)
 #: An inclusion that is declared has this probability.
-SURE = 0.9
+DECLARED_PROBABILITY = 0.9
 #: Places of the picture between two sites.
 FINE = 10
 #: The filters drawn in each row: the paper averages its own.
-COMPARED = {"paper's three, averaged": (UKF, EKF, AFEKF), "robust_ekf": (ROBUST,)}
+FILTERS_COMPARED = {"paper's three, averaged": (UKF, EKF, AFEKF), "robust_ekf": (ROBUST,)}
 
 
-def palpate(phantom: Phantom) -> dict[Filter, list[TissueEstimates]]:
+def palpate(phantom: Phantom) -> dict[ShownFilter, list[TissueEstimates]]:
     """Run every filter for one second at each cell, by rising index, knowing nothing before."""
     x, y = (place.ravel() for place in np.meshgrid(GRID.x, GRID.y))
     cells = zip(phantom.stiffness(x, y), phantom.damping(x, y), strict=True)
-    experiments = [Experiment(((0.0, Tissue(k, b)),), seed=i) for i, (k, b) in enumerate(cells)]
-    filters = [each for row in COMPARED.values() for each in row]
+    experiments = [
+        SineExperiment(((0.0, SimulatedTissue(k, b)),), seed=i) for i, (k, b) in enumerate(cells)
+    ]
+    filters = [each for row in FILTERS_COMPARED.values() for each in row]
     return {each: [each.run(experiment) for experiment in experiments] for each in filters}
 
 
@@ -47,15 +49,17 @@ def fig12() -> Reproduction:
     """Draw stiffness, damping and covariance trace over the grid."""
     phantom = Phantom.load(stock_configuration("phantom.yaml"))
     runs = palpate(phantom)
-    maps = {title: _map([runs[each] for each in filters]) for title, filters in COMPARED.items()}
+    maps = {
+        title: _map([runs[each] for each in filters]) for title, filters in FILTERS_COMPARED.items()
+    }
     theirs, ours = maps.values()
     nodules, errors = [_nodules(m, phantom) for m in maps.values()], _errors(maps, phantom)
     return Reproduction(
         _draw(maps, phantom),
         (
-            Finding("nodules found", "each of 3", *nodules),
-            Finding("rms error of k over the sites", "not known", *errors),
-            Finding(
+            ReproducedQuantity("nodules found", "each of 3", *nodules),
+            ReproducedQuantity("rms error of k over the sites", "not known", *errors),
+            ReproducedQuantity(
                 "covariance trace, stiffest site over softest",
                 "higher over the nodules",
                 _contrast(theirs),
@@ -83,7 +87,7 @@ def _nodules(found: StiffnessMapData, phantom: Phantom) -> str:
     x, y = (place.ravel() for place in np.meshgrid(GRID.x, GRID.y))
     k, k_sd = found.stiffness.ravel(), found.stiffness_stddev.ravel()
     inclusions = map_of(Sites(x, y, np.zeros_like(x), None, k, k_sd)).inclusions
-    sure = [(one.x, one.y) for one in inclusions if one.probability >= SURE]
+    sure = [(one.x, one.y) for one in inclusions if one.probability >= DECLARED_PROBABILITY]
     pairs = match(sure, [(n.x, n.y) for n in phantom.nodules]).pairs
     return f"{len(pairs)} of {len(phantom.nodules)}, {len(sure) - len(pairs)} false"
 

@@ -23,17 +23,17 @@ from starlette.websockets import WebSocket
 from tissue_probe.errors import TissueProbeError
 from tissue_probe.workbench import state, told, uploads
 from tissue_probe.workbench.opened import Opened
-from tissue_probe.workbench.refused import Refused, describe_refusal
+from tissue_probe.workbench.refused import RequestRefused, describe_refusal
 from tissue_probe.workbench.requests import Requests
 from tissue_probe.workbench.taken import take
 
 PAGE = Path(__file__).parent / "page"
-KINDS = {".html": "text/html", ".css": "text/css", ".js": "text/javascript",
+PAGE_TYPES = {".html": "text/html", ".css": "text/css", ".js": "text/javascript",
          ".svg": "image/svg+xml"}  # fmt: skip
 
 
 #: The content type of an upload: a file's own bytes.
-BYTES = "application/octet-stream"
+BYTES_TYPE = "application/octet-stream"
 
 
 async def _answer_refusal(request: Request, error: Exception) -> Response:
@@ -80,14 +80,14 @@ def application(requests: Requests, folder: Path) -> Starlette:
     files = {
         f"/{path.relative_to(PAGE).as_posix()}": path
         for path in PAGE.rglob("*")
-        if path.suffix in KINDS
+        if path.suffix in PAGE_TYPES
     }
     files["/"] = PAGE / "index.html"
 
     async def serve_file(request: Request) -> Response:
         path = files[request.url.path]
         content = await asyncio.to_thread(path.read_bytes)
-        return Response(content, media_type=KINDS[path.suffix])
+        return Response(content, media_type=PAGE_TYPES[path.suffix])
 
     async def socket(websocket: WebSocket) -> None:
         await requests.pages.serve(websocket, requests.greet, requests.hear)
@@ -124,8 +124,10 @@ def _file_name(request: Request) -> str:
         If there is none, or the file comes wrapped in a form.
     """
     kind, name = request.headers.get("content-type"), request.headers.get("x-file-name")
-    if kind != BYTES:
-        raise HTTPException(415, f"send the file as it is, as Content-Type {BYTES}, not {kind}")
+    if kind != BYTES_TYPE:
+        raise HTTPException(
+            415, f"send the file as it is, as Content-Type {BYTES_TYPE}, not {kind}"
+        )
     if not name:
         raise HTTPException(400, "give the file's name in the header X-File-Name")
     return unquote(name)
@@ -144,7 +146,7 @@ async def _open_state(requests: Requests, path: Path) -> None:
         requests.desk.forget(number)
     await state.restore(requests.desk, kept)
     if kept["programs"]:
-        raise Refused(
+        raise RequestRefused(
             "this state has effects of your own; they are not run before you open their file "
             "under Missing, and the rungs that need them are left out"
         )

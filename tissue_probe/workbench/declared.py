@@ -11,7 +11,7 @@ from typing import Any, TypeVar
 from pydantic import BaseModel, ConfigDict, ValidationError
 from pydantic_core import ErrorDetails, from_json
 
-from tissue_probe.workbench.refused import Refused
+from tissue_probe.workbench.refused import RequestRefused
 
 
 class Declared(BaseModel):
@@ -43,9 +43,9 @@ def as_object(text: str | bytes, subject: str) -> dict[str, Any]:
         # of a pair of surrogates, which no file can hold.
         found = from_json(text, allow_inf_nan=False)
     except ValueError as error:
-        raise Refused(f"{subject} is JSON; this is none: {error}") from None
+        raise RequestRefused(f"{subject} is JSON; this is none: {error}") from None
     if not isinstance(found, dict):
-        raise Refused(f"{subject} is an object, and no {type(found).__name__}")
+        raise RequestRefused(f"{subject} is an object, and no {type(found).__name__}")
     return found
 
 
@@ -60,7 +60,7 @@ def check_declared(kind: type[Kind], given: dict[str, Any], subject: str) -> Kin
     try:
         return kind.model_validate(given)
     except ValidationError as error:
-        raise Refused(_sentence(subject, error.errors(include_url=False)[0])) from None
+        raise RequestRefused(_sentence(subject, error.errors(include_url=False)[0])) from None
 
 
 def shorten_value(value: object) -> str:

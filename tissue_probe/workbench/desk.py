@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from tissue_probe.workbench.opened import Opened
 from tissue_probe.workbench.question import Asked
-from tissue_probe.workbench.refused import Refused
+from tissue_probe.workbench.refused import RequestRefused
 from tissue_probe.workbench.work import READING, Work, predicted_file
 from tissue_probe.workbench.workshop import Cancelled, Workshop
 
@@ -81,12 +81,12 @@ class Ranking:
             If the ranking is beside another rung, or has not come to the effect.
         """
         if self.rung != rung.number:
-            raise Refused("the ranking is of another model")
+            raise RequestRefused("the ranking is of another model")
         if self.result is not None:
             return self.result.explained_by(effect, stretch)
         path = predicted_file(Path(self.kept.name), effect, stretch)
         if effect not in self.told or not path.exists():
-            raise Refused(f"{effect} is not fitted yet")
+            raise RequestRefused(f"{effect} is not fitted yet")
         return np.fromfile(path) - rung.compared.fit.predicted[stretch]
 
 
@@ -123,7 +123,7 @@ class Desk:
         self.map: MapResult | None = None
         self.study: Studied | None = None
         #: Why there is no first rung; None where there is one, or none was wanted.
-        self.refusal: Refused | None = None
+        self.refusal: RequestRefused | None = None
         #: Which recording the map is of, and the map's own number.
         self.mapped: tuple[int, int] | None = None
         self.job: Job | None = None
@@ -148,7 +148,7 @@ class Desk:
         for rung in self.rungs:
             if rung.number == number:
                 return rung
-        raise Refused("this model is no more on the ladder")
+        raise RequestRefused("this model is no more on the ladder")
 
     def file(self, number: int) -> Opened:
         """Return a recording by its number.
@@ -159,7 +159,7 @@ class Desk:
             If there is none.
         """
         if number not in self.files:
-            raise Refused("this recording is no more on the desk")
+            raise RequestRefused("this recording is no more on the desk")
         return self.files[number]
 
     async def open(
@@ -202,8 +202,8 @@ class Desk:
             opened.table = opened.measured is None
         except Cancelled as error:
             opened.problem = error
-        except Refused as error:
-            opened.problem = Refused(str(error).replace(str(opened.path), opened.name))
+        except RequestRefused as error:
+            opened.problem = RequestRefused(str(error).replace(str(opened.path), opened.name))
             await self._look_into(opened)
         finally:
             self.changed()
@@ -214,7 +214,7 @@ class Desk:
             try:
                 arguments = {"path": str(opened.path)}
                 opened.preview = await self._do("a look into the file", "preview", arguments)
-            except Refused:
+            except RequestRefused:
                 return
 
     def forget(self, number: int) -> None:
@@ -240,7 +240,7 @@ class Desk:
             if each is not None:
                 self._read_already(self.file(each))
         if second == fitted:
-            raise Refused(
+            raise RequestRefused(
                 "`validate` is the fitted recording; give another recording of the specimen"
             )
         again = fitted != self.fitted or not self.rungs
@@ -258,9 +258,11 @@ class Desk:
 
     def _read_already(self, opened: Opened) -> Measurements:
         if opened.table:
-            raise Refused(f"{opened.name} is a table of sites: it has no samples to fit")
+            raise RequestRefused(f"{opened.name} is a table of sites: it has no samples to fit")
         if opened.measured is None:
-            raise Refused(f"{opened.name} is not read yet: state the values that it asks for")
+            raise RequestRefused(
+                f"{opened.name} is not read yet: state the values that it asks for"
+            )
         return opened.measured
 
     def _has_sites(self, number: int) -> bool:
@@ -292,7 +294,7 @@ class Desk:
         self._forget_fits()
         self.changed()
         if self.fitted is None:
-            raise Refused("open a recording first")
+            raise RequestRefused("open a recording first")
         if self.wants_rig:
             return
         arguments = {
@@ -301,7 +303,7 @@ class Desk:
         }
         try:
             compared = await self._do("the model is fitted", "compare", arguments)
-        except Refused as error:
+        except RequestRefused as error:
             self.refusal = error
             self.changed()
             raise
@@ -319,7 +321,7 @@ class Desk:
     def undo(self) -> None:
         """Take the last rung down."""
         if len(self.rungs) < 2:
-            raise Refused("there is no effect to take away")
+            raise RequestRefused("there is no effect to take away")
         self.rungs.pop()
         self.changed()
 
@@ -338,7 +340,7 @@ class Desk:
         arguments = {"measured": self.file(self.second).measured, "asked": asked}
         try:
             rung.second = await self._do("the second recording is compared", "compare", arguments)
-        except Refused as error:
+        except RequestRefused as error:
             rung.second_told = str(error)
 
     async def rank(self) -> None:
@@ -364,7 +366,7 @@ class Desk:
         try:
             ranking.result = await self._do("effects are tried", "rank", arguments, hear)
             ranking.answer = ranking.result.to_dict()
-        except Refused:
+        except RequestRefused:
             if not ranking.told and self.ranking is ranking:
                 self.ranking = None
             raise
@@ -382,7 +384,7 @@ class Desk:
     async def open_site(self, site: int) -> None:
         """Compare the model with the samples at one site of the mapped scan."""
         if self.mapped is None:
-            raise Refused("there is no map")
+            raise RequestRefused("there is no map")
         self._read_already(self.file(self.mapped[0]))
         self.fitted, self.second = self.mapped[0], None
         await self.ask({"site": site})
@@ -396,7 +398,7 @@ class Desk:
             If there is no study, it has no such row, or the recording cannot be read.
         """
         if self.study is None:
-            raise Refused("there is no study: start the workbench with `study`")
+            raise RequestRefused("there is no study: start the workbench with `study`")
         path = self.study.path(row)
         there = [each for each in self.files.values() if each.path == path]
         opened = there[0] if there else await self.open(path, self.study.layout)
@@ -443,7 +445,7 @@ class Desk:
 
     def _last(self) -> Rung:
         if not self.rungs:
-            raise Refused("there is no model yet: open a recording first")
+            raise RequestRefused("there is no model yet: open a recording first")
         return self.rungs[-1]
 
     def _forget_fits(self) -> None:

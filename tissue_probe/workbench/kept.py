@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from tissue_probe.workbench.declared import as_object
-from tissue_probe.workbench.refused import Refused
+from tissue_probe.workbench.refused import RequestRefused
 
 
 class Kept:
@@ -44,7 +44,7 @@ class Kept:
         """Return the desk of a server that was killed; None if it ended, or left none."""
         try:
             return as_object(self._desk.read_bytes(), self._desk.name)
-        except (OSError, Refused):
+        except (OSError, RequestRefused):
             return None
 
     def keep(self, desk: dict[str, Any]) -> None:

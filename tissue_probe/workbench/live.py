@@ -13,15 +13,15 @@ import sys
 from typing import Any
 
 from tissue_probe.workbench.pages import Pages
-from tissue_probe.workbench.refused import Refused
-from tissue_probe.workbench.watching import MAP
+from tissue_probe.workbench.refused import RequestRefused
+from tissue_probe.workbench.watching import MAP_KIND
 from tissue_probe.workbench.worker import DONE, FRAME
 
 #: Longest wait for an answer to a command [s]: a little more than the nodes are waited for.
-ANSWER = 15.0
+LONGEST_ANSWER = 15.0
 
 
-class Live:
+class LiveListener:
     """Listens for as long as the server runs.
 
     Parameters
@@ -58,7 +58,7 @@ class Live:
                 content = await process.stdout.readexactly(size)
                 if kind == DONE:
                     self._hand_answer(json.loads(content))
-                elif kind == MAP:
+                elif kind == MAP_KIND:
                     self.map = content
                     self._pages.tell_bytes("live_map", content)
                 else:
@@ -76,19 +76,19 @@ class Live:
             If they do not obey.
         """
         if self._process is None or self._process.stdin is None or self.ended:
-            raise Refused(self.ended or "nobody listens to ROS yet; wait a moment")
+            raise RequestRefused(self.ended or "nobody listens to ROS yet; wait a moment")
         number = next(self._numbers)
         line = {"number": number, "command": command, "given": given}
         self._waiting[number] = answer = asyncio.get_running_loop().create_future()
         try:
             self._process.stdin.write(json.dumps(line).encode() + b"\n")
-            told = await asyncio.wait_for(answer, ANSWER)
+            told = await asyncio.wait_for(answer, LONGEST_ANSWER)
         except (TimeoutError, asyncio.CancelledError, ConnectionError):
-            raise Refused("the nodes do not answer") from None
+            raise RequestRefused("the nodes do not answer") from None
         finally:
             del self._waiting[number]
         if "refused" in told:
-            raise Refused(told["refused"])
+            raise RequestRefused(told["refused"])
         return told["ok"]
 
     async def close(self) -> None:

@@ -11,11 +11,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tissue_probe.analysis.mapping import MapResult
-from tissue_probe.workbench.refused import Refused
+from tissue_probe.workbench.refused import RequestRefused
 
 #: Of an inclusion, the numbers that pages write, and the closed lines that they draw.
-NUMBERS = ("x", "y", "probability", "stiffness", "stiffness_sd", "contrast")
-LINES = ("boundary_50", "boundary_95")
+INCLUSION_NUMBERS = ("x", "y", "probability", "stiffness", "stiffness_sd", "contrast")
+BOUNDARY_LINES = ("boundary_50", "boundary_95")
 
 
 def told_map(found: MapResult) -> dict[str, Any]:
@@ -25,8 +25,8 @@ def told_map(found: MapResult) -> dict[str, Any]:
         "contrast": found.map.could_hide.contrast,
         "sites": _sites(found),
         "inclusions": [
-            {name: getattr(one, name) for name in NUMBERS}
-            | {name: getattr(one, name).tolist() for name in LINES}
+            {name: getattr(one, name) for name in INCLUSION_NUMBERS}
+            | {name: getattr(one, name).tolist() for name in BOUNDARY_LINES}
             for one in found.map.inclusions
         ],
     }
@@ -62,7 +62,7 @@ def raster(found: MapResult | None) -> tuple[dict[str, Any], dict[str, NDArray[A
         If there is no map.
     """
     if found is None:
-        raise Refused("there is no map")
+        raise RequestRefused("there is no map")
     surface, hide = found.map.surface, found.map.could_hide
     layers = {
         "mean": surface.mean, "sd": surface.sd, "probability": surface.probability,

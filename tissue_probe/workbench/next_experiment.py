@@ -13,12 +13,12 @@ from numpy.typing import NDArray
 import tissue_probe as tp
 from tissue_probe.analysis.diagnosing import DiagnosisResult
 from tissue_probe.workbench.decimation import lines
-from tissue_probe.workbench.refused import Refused
+from tissue_probe.workbench.refused import RequestRefused
 
 #: Width of the plot; of more columns there would be several a pixel.
 PIXELS = 1500
 #: Models that are drawn: a plot of more lines cannot be read.
-MOST = 3
+MODELS_DRAWN = 3
 
 
 def next_experiment(
@@ -32,13 +32,13 @@ def next_experiment(
         If nothing is diagnosed yet, or no excitation is suggested.
     """
     if result is None:
-        raise Refused("the ranking suggests the next experiment: compute it first")
+        raise RequestRefused("the ranking suggests the next experiment: compute it first")
     suggestion = result.found.suggestion
     if suggestion is None or not suggestion.excitation:
-        raise Refused("no excitation would tell more")
+        raise RequestRefused("no excitation would tell more")
     fit = result.found.ladder.base
     rate = 1.0 / fit.measurements[0].sample_period
-    rivals = dict(list(result.rivals.items())[:MOST])
+    rivals = dict(list(result.rivals.items())[:MODELS_DRAWN])
     signals: dict[str, NDArray[Any]] = {}
     for number, model in enumerate(rivals.values()):
         made = tp.simulate(

@@ -9,12 +9,12 @@ from typing import Any
 from tissue_probe.analysis.measurements import Measurements
 from tissue_probe.analysis.previewing import Preview
 from tissue_probe.errors import ParameterError
-from tissue_probe.recording.layout import KINDS
+from tissue_probe.recording.layout import STATEMENT_KINDS
 from tissue_probe.workbench import stated
-from tissue_probe.workbench.refused import Refused
+from tissue_probe.workbench.refused import RequestRefused
 
 #: Statements that a page writes as text, and that are numbers.
-NUMBERS = ("sample_rate",)
+TYPED_NUMBERS = ("sample_rate",)
 
 
 @dataclass
@@ -51,7 +51,7 @@ class Opened:
     measured: Measurements | None = None
     table: bool = False
     preview: Preview | None = None
-    problem: Refused | None = None
+    problem: RequestRefused | None = None
 
 
 def checked_layout(given: dict[str, Any]) -> dict[str, Any]:
@@ -64,13 +64,13 @@ def checked_layout(given: dict[str, Any]) -> dict[str, Any]:
     """
     found: dict[str, Any] = {}
     for name, value in given.items():
-        if name not in KINDS:
-            raise Refused(f"there is no parameter {name} of reading")
-        known = (stated.number if name in NUMBERS else stated.text)(name, value)
+        if name not in STATEMENT_KINDS:
+            raise RequestRefused(f"there is no parameter {name} of reading")
+        known = (stated.number if name in TYPED_NUMBERS else stated.text)(name, value)
         if known is None:
             continue
         try:
-            found[name] = KINDS[name](name, known)
+            found[name] = STATEMENT_KINDS[name](name, known)
         except ParameterError as error:
-            raise Refused(str(error)) from None
+            raise RequestRefused(str(error)) from None
     return found

@@ -20,14 +20,14 @@ from tissue_probe.analysis.error_view import ErrorView
 from tissue_probe.signals import NANOSECONDS, spans_of
 from tissue_probe.workbench.decimation import dots, lines
 from tissue_probe.workbench.desk import Desk
-from tissue_probe.workbench.refused import Refused
-from tissue_probe.workbench.requested import Dots, Lines, Look, Recorded
+from tissue_probe.workbench.refused import RequestRefused
+from tissue_probe.workbench.requested import Dots, Lines, LookRequest, Recorded
 
 Arrays = dict[str, NDArray[Any]]
 Picture = tuple[dict[str, Any], Arrays]
 Spans = list[tuple[float, float]]
 #: Views that are kept: rungs of a long ladder, on both recordings.
-KEPT = 24
+VIEWS_KEPT = 24
 #: Rows of brushed samples that are told: more are narrower than a pixel each.
 SPANS = 2000
 
@@ -47,9 +47,9 @@ class Pictures:
         """
         measured, part = self._desk.file(asked.file).measured, asked.part
         if measured is None:
-            raise Refused("this recording is not read yet")
+            raise RequestRefused("this recording is not read yet")
         if part >= len(measured.parts):
-            raise Refused(f"there are {len(measured.parts)} recordings in it")
+            raise RequestRefused(f"there are {len(measured.parts)} recordings in it")
         recording = measured.parts[part].recording
         signals = {"position": recording.position, "force": recording.force}
         numbers, drawn = lines(signals, 0, recording.position.size, asked.width)
@@ -70,7 +70,7 @@ class Pictures:
         if asked.values:
             predicted = self._compare_model(asked).predict(asked.values, asked.stretch)
             if not np.isfinite(predicted).all():
-                raise Refused("`values`: the model diverges there")
+                raise RequestRefused("`values`: the model diverges there")
             signals |= {"predicted": predicted, "residual": view.measured - predicted}
             used = signals["residual"][view.used]
             told["rmse"] = float(np.sqrt(np.mean(used**2)))
@@ -97,7 +97,7 @@ class Pictures:
             found |= dict(zip(("marked_x", "marked_y"), marked, strict=True))
         return {"limits": limits}, {name: each.astype(np.float32) for name, each in found.items()}
 
-    def spectrum(self, asked: Look) -> Picture:
+    def spectrum(self, asked: LookRequest) -> Picture:
         """Return the density of the residual's power, that of noise, and of brushed samples."""
         view = self._view(asked)
         frequencies, density = view.spectrum()
@@ -107,7 +107,7 @@ class Pictures:
         white = 2.0 * view.sample_period * view.noise**2
         return {"white": white}, {n: each.astype(np.float32) for n, each in found.items()}
 
-    def brush(self, asked: Look) -> Picture:
+    def brush(self, asked: LookRequest) -> Picture:
         """Return the times of the samples that a look along an axis means, and their error."""
         view = self._view(asked)
         chosen = self._select_brushed(view, asked)
@@ -117,7 +117,7 @@ class Pictures:
         spans = _spans(chosen, view.sample_period)
         return {"spans": spans, "count": int(chosen.sum()), "rmse": error}, {}
 
-    def where(self, asked: Look) -> Picture:
+    def where(self, asked: LookRequest) -> Picture:
         """Return where the model fails: a region of each axis, with the sentence on it."""
         found = self._view(asked).where
         regions = [
@@ -132,39 +132,39 @@ class Pictures:
         ]
         return {"regions": regions}, {}
 
-    def _select_brushed(self, view: ErrorView, asked: Look) -> NDArray[np.bool_] | None:
+    def _select_brushed(self, view: ErrorView, asked: LookRequest) -> NDArray[np.bool_] | None:
         brush = asked.brush
         return None if brush is None else view.between(brush.axis, brush.low, brush.high)
 
-    def _explain_residual(self, effect: str, asked: Look) -> NDArray[Any]:
+    def _explain_residual(self, effect: str, asked: LookRequest) -> NDArray[Any]:
         if self._desk.ranking is None:
-            raise Refused("nothing is ranked yet")
+            raise RequestRefused("nothing is ranked yet")
         if asked.source == "second":
-            raise Refused("an effect's curve is of the recording that is fitted")
+            raise RequestRefused("an effect's curve is of the recording that is fitted")
         rung = self._desk.rung(asked.rung)
         return self._desk.ranking.explain_residual(rung, effect, asked.stretch)
 
-    def _compare_model(self, asked: Look) -> ComparisonResult:
+    def _compare_model(self, asked: LookRequest) -> ComparisonResult:
         rung = self._desk.rung(asked.rung)
         if asked.source != "second":
             return rung.compared
         if rung.second is None:
-            raise Refused(rung.second_told or "there is no second recording")
+            raise RequestRefused(rung.second_told or "there is no second recording")
         return rung.second
 
-    def _view(self, asked: Look) -> ErrorView:
+    def _view(self, asked: LookRequest) -> ErrorView:
         return self._view_and_unused(asked)[0]
 
-    def _view_and_unused(self, asked: Look) -> tuple[ErrorView, Spans]:
+    def _view_and_unused(self, asked: LookRequest) -> tuple[ErrorView, Spans]:
         key = (asked.rung, asked.source, asked.stretch)
         compared = self._compare_model(asked)
         if asked.stretch >= len(compared.sources):
-            raise Refused(f"there are {len(compared.sources)} stretches")
+            raise RequestRefused(f"there are {len(compared.sources)} stretches")
         if key not in self._views:
             view = compared.view(asked.stretch)
             self._views[key] = view, _spans(~view.used, view.sample_period)
         self._views.move_to_end(key)
-        while len(self._views) > KEPT:
+        while len(self._views) > VIEWS_KEPT:
             self._views.popitem(last=False)
         return self._views[key]
 

@@ -5,15 +5,15 @@ from __future__ import annotations
 from dataclasses import field, make_dataclass, replace
 from typing import Any
 
-from tissue_probe.analysis.asked import NAMED, Item
+from tissue_probe.analysis.asked import ITEMS_BY_NAME, Item
 from tissue_probe.workbench import stated
 from tissue_probe.workbench.declared import shorten_value
-from tissue_probe.workbench.refused import Refused
+from tissue_probe.workbench.refused import RequestRefused
 
 #: Values supposed where a page states nothing; of others' recordings the rig is asked for.
 SUPPOSED: dict[str, Any] = {"tissue": "kelvin_voigt"}
 #: The items that a page may state: no file of its machine.
-ITEMS = tuple(each for each in NAMED.values() if each.kind not in ("file", "files"))
+PAGE_ITEMS = tuple(each for each in ITEMS_BY_NAME.values() if each.kind not in ("file", "files"))
 
 
 def checked_question(given: dict[str, Any]) -> dict[str, Any]:
@@ -34,7 +34,7 @@ def _apply_changes(asked: Any, given: dict[str, Any]) -> Any:
 
 def _parameters(asked: Any) -> dict[str, Any]:
     """Return it as ``compare`` and ``diagnose`` take it."""
-    return {each.name: getattr(asked, each.name) for each in ITEMS}
+    return {each.name: getattr(asked, each.name) for each in PAGE_ITEMS}
 
 
 def _of_samples(asked: Any) -> dict[str, Any]:
@@ -52,21 +52,21 @@ def _field(item: Item) -> tuple[str, Any, Any]:
 #: (value, standard deviation) by name.
 Asked = make_dataclass(
     "Asked",
-    map(_field, ITEMS),
+    map(_field, PAGE_ITEMS),
     namespace={"changed": _apply_changes, "parameters": _parameters, "of_samples": _of_samples},
     frozen=True,
 )
 
 
 def _check_statement(name: str, value: Any) -> Any:
-    item = NAMED.get(name)
-    if item not in ITEMS:
-        raise Refused(f"there is no parameter {name} of a comparison")
+    item = ITEMS_BY_NAME.get(name)
+    if item not in PAGE_ITEMS:
+        raise RequestRefused(f"there is no parameter {name} of a comparison")
     if item.kind == "choice":
         if value in (None, "") and name not in SUPPOSED and item.default is None:
             return None
         if value not in item.choices:
-            raise Refused(
+            raise RequestRefused(
                 f"`{name}` is {shorten_value(value)}; give one of {', '.join(item.choices)}"
             )
         return value

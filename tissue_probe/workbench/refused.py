@@ -14,7 +14,7 @@ from tissue_probe.one_line import sentence
 _NAMED = re.compile(r"`([a-z][a-z_]*)`")
 
 
-class Refused(TissueProbeError):
+class RequestRefused(TissueProbeError):
     """Something that the user can mend; parameters stand in backticks."""
 
     @property
@@ -23,10 +23,10 @@ class Refused(TissueProbeError):
         return list(dict.fromkeys(_NAMED.findall(str(self))))
 
 
-def describe_refusal(error: TissueProbeError | OSError) -> Refused:
+def describe_refusal(error: TissueProbeError | OSError) -> RequestRefused:
     """Return an error as a page is told it: a file of this machine by its name, not its path."""
-    if isinstance(error, Refused):
+    if isinstance(error, RequestRefused):
         return error
     if isinstance(error, OSError) and error.filename and error.strerror:
-        return Refused(f"{Path(str(error.filename)).name}: {error.strerror}")
-    return Refused(sentence(error))
+        return RequestRefused(f"{Path(str(error.filename)).name}: {error.strerror}")
+    return RequestRefused(sentence(error))

@@ -13,16 +13,16 @@ from pydantic import AfterValidator, Field
 from tissue_probe.workbench.declared import Declared, as_object, check_declared, shorten_value
 from tissue_probe.workbench.opened import checked_layout
 from tissue_probe.workbench.question import checked_question
-from tissue_probe.workbench.refused import Refused
+from tissue_probe.workbench.refused import RequestRefused
 
 #: Longest request [characters]: effects of one's own are typed, and take some hundred lines.
-LONGEST = 2**20
+LONGEST_REQUEST = 2**20
 #: No page is wider, nor any plot on one.
-WIDEST = 8192
+WIDEST_PAGE = 8192
 #: The largest number that a ROS message holds of rows or columns.
 UINT32 = 2**32 - 1
 
-Pixels = Annotated[int, Field(ge=1, le=WIDEST)]
+Pixels = Annotated[int, Field(ge=1, le=WIDEST_PAGE)]
 Layout = Annotated[dict[str, Any], AfterValidator(checked_layout)]
 Stated = Annotated[dict[str, Any], AfterValidator(checked_question)]
 Axis = Literal["time", "indentation", "speed", "phase"]
@@ -66,7 +66,7 @@ class Add(Request):
     after: int | None = None
 
 
-class Site(Request):
+class SiteRequest(Request):
     """A site of the scan that is mapped."""
 
     site: int
@@ -107,7 +107,7 @@ class Brush(Declared):
     high: float
 
 
-class Look(Request):
+class LookRequest(Request):
     """A rung on a stretch of the recording that was fitted, or of the second one."""
 
     rung: int
@@ -118,7 +118,7 @@ class Look(Request):
     brush: Brush | None = None
 
 
-class Lines(Look):
+class Lines(LookRequest):
     """A span of time [s], drawn at other values [SI], or with the curve of an effect."""
 
     begin: float | None = Field(None, alias="from")
@@ -127,7 +127,7 @@ class Lines(Look):
     effect: str | None = None
 
 
-class Dots(Look):
+class Dots(LookRequest):
     """A look over an axis."""
 
     axis: Axis
@@ -146,7 +146,7 @@ class Excitation(Declared):
     spacing: float | None = None
 
 
-class Grid(Declared):
+class GridRequest(Declared):
     """A grid to be palpated [m, s]; the scan node judges it."""
 
     origin: Annotated[list[float], Field(min_length=3, max_length=3)]
@@ -168,12 +168,12 @@ REQUESTS: Mapping[str, type[Request]] = {
     **dict.fromkeys(("cancel", "compare", "undo", "rank", "raster", "next"), Request),
     **dict.fromkeys(("forget", "map"), OfFile),
     "recording": OfRow,
-    **dict.fromkeys(("spectrum", "brush", "where"), Look),
+    **dict.fromkeys(("spectrum", "brush", "where"), LookRequest),
     "define": Define,
     "use": Use,
     "ask": Ask,
     "add": Add,
-    "site": Site,
+    "site": SiteRequest,
     "effects": Effects,
     "example": ByName,
     "recorded": Recorded,
@@ -185,7 +185,7 @@ REQUESTS: Mapping[str, type[Request]] = {
 COMMANDS: Mapping[str, type[Declared]] = {
     **dict.fromkeys(("configure", "start", "stop", "emergency_stop", "reset", "tare"), Declared),
     "excite": Excitation,
-    "scan": Grid,
+    "scan": GridRequest,
 }
 
 
@@ -195,12 +195,14 @@ def parse_request(text: str | bytes) -> dict[str, Any]:
     Raises
     ------
     Refused
-        If it is none, or longer than ``LONGEST``.
+        If it is none, or longer than ``LONGEST_REQUEST``.
     """
     if isinstance(text, bytes):
-        raise Refused("a request is text, and not bytes")
-    if len(text) > LONGEST:
-        raise Refused(f"a request has {LONGEST} characters at most; this has {len(text)}")
+        raise RequestRefused("a request is text, and not bytes")
+    if len(text) > LONGEST_REQUEST:
+        raise RequestRefused(
+            f"a request has {LONGEST_REQUEST} characters at most; this has {len(text)}"
+        )
     return as_object(text, "a request")
 
 
@@ -225,5 +227,5 @@ def _choose_named(asked: dict[str, Any], key: str, among: Mapping[str, Any]) -> 
     name = asked.get(key)
     if not isinstance(name, str) or name not in among:
         told = f"is {shorten_value(name)}" if key in asked else "is missing"
-        raise Refused(f"a request: `{key}` {told}; give one of {', '.join(among)}")
+        raise RequestRefused(f"a request: `{key}` {told}; give one of {', '.join(among)}")
     return name

@@ -19,13 +19,13 @@ from tissue_probe.errors import TissueProbeError
 from tissue_probe.workbench import examples, requested, told, uploads
 from tissue_probe.workbench.declared import shorten_value
 from tissue_probe.workbench.desk import Desk
-from tissue_probe.workbench.live import Live
+from tissue_probe.workbench.live import LiveListener
 from tissue_probe.workbench.mapped import raster
 from tissue_probe.workbench.messages import as_json, pack_message
 from tissue_probe.workbench.next_experiment import next_experiment
 from tissue_probe.workbench.pages import Page, Pages
 from tissue_probe.workbench.pictures import Picture, Pictures
-from tissue_probe.workbench.refused import Refused, describe_refusal
+from tissue_probe.workbench.refused import RequestRefused, describe_refusal
 from tissue_probe.workbench.requested import ByName, Command, Effects, OfFile, Request
 from tissue_probe.workbench.workshop import Cancelled
 
@@ -54,7 +54,7 @@ class Requests:
         self, desk: Desk, folder: Path, live: bool = False, commands: bool = False
     ) -> None:
         self.desk, self.pages, self._folder = desk, Pages(), folder
-        self.live = Live(self.pages) if live else None
+        self.live = LiveListener(self.pages) if live else None
         self._commands = commands
         self._pictures = Pictures(desk)
         self._drawing = ThreadPoolExecutor(1, "pictures")
@@ -131,9 +131,9 @@ class Requests:
         except Exception as error:  # a page must not wait for ever
             traceback.print_exc()
             told_all = f"an error of the program itself: {type(error).__name__}: {error}"
-            page.answer(self._refusal(number, Refused(told_all)))
+            page.answer(self._refusal(number, RequestRefused(told_all)))
 
-    def _refusal(self, number: int | None, error: Refused) -> str:
+    def _refusal(self, number: int | None, error: RequestRefused) -> str:
         sentence = told.without_paths(self.desk, str(error))
         answer = {"id": number, "refused": sentence, "fields": error.fields}
         return as_json(answer | {"cancelled": isinstance(error, Cancelled)})
@@ -155,9 +155,9 @@ class Requests:
 
     async def _command(self, asked: Command) -> Any:
         if self.live is None:
-            raise Refused("nobody listens to ROS: start the workbench with `live`")
+            raise RequestRefused("nobody listens to ROS: start the workbench with `live`")
         if not self._commands:
-            raise Refused("pages may only listen: start the workbench with `allow_commands`")
+            raise RequestRefused("pages may only listen: start the workbench with `allow_commands`")
         return await self.live.command(asked.command, asked.given)
 
     async def _forget(self, asked: OfFile) -> None:
@@ -175,7 +175,7 @@ class Requests:
 
     async def _example(self, asked: ByName) -> None:
         if asked.name not in examples.EXAMPLES:
-            raise Refused(f"there is no example {shorten_value(asked.name)}")
+            raise RequestRefused(f"there is no example {shorten_value(asked.name)}")
         example = examples.EXAMPLES[asked.name]
         opened = [await self.desk.open(path, dict(example.layout)) for path in example.paths]
         if any(each.measured is None for each in opened):
@@ -187,12 +187,12 @@ class Requests:
     async def _take_effects(self, asked: Effects) -> Any:
         """Run the typed or chosen effects, if the user agrees to it."""
         if not asked.consent:
-            raise Refused("`consent`: a file of effects is a program; say that it may run")
+            raise RequestRefused("`consent`: a file of effects is a program; say that it may run")
         text, name = asked.text, uploads.plain(asked.name or "own.py")
         if not text.strip():
-            raise Refused("`effects`: type or choose a file of effects")
+            raise RequestRefused("`effects`: type or choose a file of effects")
         if not name.endswith(".py"):
-            raise Refused("`effects`: give a file that ends in .py")
+            raise RequestRefused("`effects`: give a file that ends in .py")
         path = self._folder / name
         before = path.read_text(encoding="utf-8") if path.exists() else None
         path.write_text(text, encoding="utf-8")
@@ -203,4 +203,4 @@ class Requests:
                 path.unlink()
             else:
                 path.write_text(before, encoding="utf-8")
-            raise Refused(str(error).replace(str(path), name)) from None
+            raise RequestRefused(str(error).replace(str(path), name)) from None

@@ -22,7 +22,7 @@ from tissue_probe.workbench.app import application
 from tissue_probe.workbench.desk import Desk
 from tissue_probe.workbench.guard import Guard
 from tissue_probe.workbench.kept import Kept
-from tissue_probe.workbench.requested import LONGEST
+from tissue_probe.workbench.requested import LONGEST_REQUEST
 from tissue_probe.workbench.requests import Requests
 from tissue_probe.workbench.studied import opened_study
 from tissue_probe.workbench.work import Work
@@ -37,9 +37,9 @@ PORT = 8437
 #: How many ports after that are tried where another workbench runs.
 TRIED = 20
 #: Largest message of a page [bytes]: any request of the length that is refused in words has less.
-MESSAGE = 2 * 4 * LONGEST
+LARGEST_MESSAGE = 2 * 4 * LONGEST_REQUEST
 #: Time that open connections have to end [s].
-ENDING = 1
+ENDING_TIME = 1
 
 
 def serve(
@@ -90,8 +90,8 @@ def serve(
         Guard(app, token, port),
         log_level="warning",
         access_log=False,
-        ws_max_size=MESSAGE,
-        timeout_graceful_shutdown=ENDING,
+        ws_max_size=LARGEST_MESSAGE,
+        timeout_graceful_shutdown=ENDING_TIME,
         server_header=False,
         lifespan="on",
     )

@@ -17,17 +17,25 @@ from typing import Any
 from tissue_probe.workbench.declared import Declared, as_object, check_declared, shorten_value
 from tissue_probe.workbench.desk import Desk
 from tissue_probe.workbench.opened import Opened
-from tissue_probe.workbench.refused import Refused
+from tissue_probe.workbench.refused import RequestRefused
 from tissue_probe.workbench.requested import Layout, Stated
-from tissue_probe.workbench.uploads import LARGEST, plain
+from tissue_probe.workbench.uploads import LARGEST_UPLOAD, plain
 
 VERSION = 1
 #: The file's ending, and its member that tells the rest.
 ENDING, MEMBER = ".workbench", "desk.json"
 #: Errors of reading an archive that is damaged, locked or packed in an unknown way.
-DAMAGED = (OSError, ValueError, KeyError, RuntimeError, EOFError, zlib.error, zipfile.BadZipFile)
+ARCHIVE_ERRORS = (
+    OSError,
+    ValueError,
+    KeyError,
+    RuntimeError,
+    EOFError,
+    zlib.error,
+    zipfile.BadZipFile,
+)
 #: Most bytes of a member that is text: names and some hundred numbers, or a program of one's own.
-LONGEST = 2**20
+LONGEST_MEMBER = 2**20
 
 
 class StateFile(Declared):
@@ -39,7 +47,7 @@ class StateFile(Declared):
     owned: bool
 
 
-class State(Declared):
+class DeskState(Declared):
     """The whole desk; recordings that are chosen, by their places among ``files``.
 
     ``programs`` holds the text of effects that came with a file, and are not run.
@@ -106,7 +114,7 @@ async def restore(desk: Desk, kept: dict[str, Any]) -> None:
     await desk.add_all(whole.added)
 
 
-def _check_state(kept: dict[str, Any]) -> State:
+def _check_state(kept: dict[str, Any]) -> DeskState:
     """Return a state as it is declared, whole: nothing on the desk is touched before.
 
     Raises
@@ -115,8 +123,10 @@ def _check_state(kept: dict[str, Any]) -> State:
         If it is none, or of another version.
     """
     if kept.get("version", VERSION) != VERSION:
-        raise Refused(f"this is the state of another version ({shorten_value(kept['version'])})")
-    return check_declared(State, kept, "the state of a workbench")
+        raise RequestRefused(
+            f"this is the state of another version ({shorten_value(kept['version'])})"
+        )
+    return check_declared(DeskState, kept, "the state of a workbench")
 
 
 def _at(opened: list[Opened | None], place: int | None) -> Opened | None:
@@ -132,7 +142,9 @@ def packed_state(desk: Desk) -> bytes:
             for number, each in enumerate(told[kind]):
                 path = Path(each["path"] if kind == "files" else each)
                 if path.is_dir():
-                    raise Refused(f"{path.name} is a folder: keep it with the state by yourself")
+                    raise RequestRefused(
+                        f"{path.name} is a folder: keep it with the state by yourself"
+                    )
                 member = f"{kind}/{number}/{plain(path.name)}"
                 archive.write(path, member)
                 if kind == "files":
@@ -162,23 +174,23 @@ def unpacked_state(path: Path, folder: Path) -> dict[str, Any]:
                 each["path"] = str(_unpack_member(archive, each["path"], folder / str(number)))
                 each["owned"] = True
             own = [_text(archive, name) for name in told["effects"]]
-    except Refused:
+    except RequestRefused:
         raise
-    except DAMAGED as error:
-        raise Refused(f"{path.name} is no state of a workbench: {error}") from None
+    except ARCHIVE_ERRORS as error:
+        raise RequestRefused(f"{path.name} is no state of a workbench: {error}") from None
     return {**told, "effects": [], "programs": own}
 
 
 def _text(archive: zipfile.ZipFile, member: str) -> str:
-    if archive.getinfo(member).file_size > LONGEST:
-        raise Refused(f"this is no state of a workbench: {member} is too long")
+    if archive.getinfo(member).file_size > LONGEST_MEMBER:
+        raise RequestRefused(f"this is no state of a workbench: {member} is too long")
     return archive.read(member).decode()
 
 
 def _unpack_member(archive: zipfile.ZipFile, member: str, folder: Path) -> Path:
     info = archive.getinfo(member)
-    if info.file_size > LARGEST:
-        raise Refused(f"a recording in it has more than {LARGEST / 1e6:.0f} MB")
+    if info.file_size > LARGEST_UPLOAD:
+        raise RequestRefused(f"a recording in it has more than {LARGEST_UPLOAD / 1e6:.0f} MB")
     folder.mkdir(parents=True, exist_ok=True)
     # By its last part alone: a member's name may point anywhere.
     path = folder / plain(member)

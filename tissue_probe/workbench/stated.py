@@ -9,7 +9,7 @@ import math
 from typing import Any
 
 from tissue_probe.workbench.declared import shorten_value
-from tissue_probe.workbench.refused import Refused
+from tissue_probe.workbench.refused import RequestRefused
 
 
 def number(name: str, value: Any) -> float | None:
@@ -29,7 +29,7 @@ def number(name: str, value: Any) -> float | None:
                 return found
     except (ValueError, OverflowError):
         pass
-    raise Refused(f"`{name}` is {shorten_value(value)}; give a number")
+    raise RequestRefused(f"`{name}` is {shorten_value(value)}; give a number")
 
 
 def whole(name: str, value: Any) -> int | None:
@@ -44,7 +44,7 @@ def whole(name: str, value: Any) -> int | None:
     if found is None:
         return None
     if not found.is_integer():
-        raise Refused(f"`{name}` is {shorten_value(value)}; give a whole number")
+        raise RequestRefused(f"`{name}` is {shorten_value(value)}; give a whole number")
     return int(found)
 
 
@@ -57,7 +57,7 @@ def flag(name: str, value: Any) -> bool:
         If it is neither.
     """
     if not isinstance(value, bool):
-        raise Refused(f"`{name}` is {shorten_value(value)}; give true or false")
+        raise RequestRefused(f"`{name}` is {shorten_value(value)}; give true or false")
     return value
 
 
@@ -72,7 +72,7 @@ def text(name: str, value: Any) -> str | None:
     if value in (None, ""):
         return None
     if not isinstance(value, str):
-        raise Refused(f"`{name}` is {shorten_value(value)}; give a text")
+        raise RequestRefused(f"`{name}` is {shorten_value(value)}; give a text")
     return value
 
 
@@ -85,7 +85,7 @@ def names(name: str, value: Any) -> tuple[str, ...]:
         If it is no list of texts.
     """
     if not isinstance(value, (list, tuple)) or not all(isinstance(each, str) for each in value):
-        raise Refused(f"`{name}` is {shorten_value(value)}; give a list of names")
+        raise RequestRefused(f"`{name}` is {shorten_value(value)}; give a list of names")
     return tuple(value)
 
 
@@ -118,13 +118,13 @@ def odds(name: str, value: Any) -> dict[str, float]:
 
 def _by_name(name: str, value: Any) -> Any:
     if not isinstance(value, dict):
-        raise Refused(f"`{name}` is {shorten_value(value)}; give numbers by name")
+        raise RequestRefused(f"`{name}` is {shorten_value(value)}; give numbers by name")
     return value.items()
 
 
 def _pair(name: str, value: Any) -> tuple[float, float]:
     if not isinstance(value, (list, tuple)) or len(value) != 2:
-        raise Refused(
+        raise RequestRefused(
             f"`{name}` is {shorten_value(value)}; give a number and its standard deviation"
         )
     return _check_known(name, value[0]), _check_known(name, value[1])
@@ -133,5 +133,5 @@ def _pair(name: str, value: Any) -> tuple[float, float]:
 def _check_known(name: str, value: Any) -> float:
     found = number(name, value)
     if found is None:
-        raise Refused(f"`{name}` is {shorten_value(value)}; give a number")
+        raise RequestRefused(f"`{name}` is {shorten_value(value)}; give a number")
     return found

@@ -11,7 +11,7 @@ from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import Any
 
-from tissue_probe.analysis.asked import NAMED
+from tissue_probe.analysis.asked import ITEMS_BY_NAME
 from tissue_probe.studies.dataset import Dataset
 from tissue_probe.studies.exclusion import left_out
 from tissue_probe.studies.key import key_of_question
@@ -19,7 +19,7 @@ from tissue_probe.studies.plan import Plan, read_plan
 from tissue_probe.studies.row import SHOWN, SIGNALS
 from tissue_probe.studies.running import ROWS
 from tissue_probe.workbench.question import Asked
-from tissue_probe.workbench.refused import Refused
+from tissue_probe.workbench.refused import RequestRefused
 
 
 @dataclass(frozen=True)
@@ -50,7 +50,7 @@ class Studied:
         """The study's statements on the model, as a page states them: those that the desk knows."""
         known = {each.name for each in fields(Asked)}
         return {
-            name: _as_stated(NAMED[name].kind, given)
+            name: _as_stated(ITEMS_BY_NAME[name].kind, given)
             for name, given in self.plan.question.items()
             if name in known and given is not None
         }
@@ -64,7 +64,7 @@ class Studied:
             If there is no such row.
         """
         if not 0 <= row < len(self.rows):
-            raise Refused(f"the study has no row {row}")
+            raise RequestRefused(f"the study has no row {row}")
         return Path(self.rows[row]["path"])
 
     def describe_study(self) -> dict[str, Any]:
@@ -111,5 +111,5 @@ def opened_study(path: Path) -> Studied:
     rows = [each for each in there if each.get("question") == question]
     if not rows:
         yet = "no rows of its question" if there else "no rows"
-        raise Refused(f"{path} has {yet} yet: run `tissue_probe study run {path}` first")
+        raise RequestRefused(f"{path} has {yet} yet: run `tissue_probe study run {path}` first")
     return Studied(path.name, plan, sorted(rows, key=lambda each: of[each["path"]]))

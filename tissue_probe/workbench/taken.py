@@ -14,12 +14,12 @@ from starlette.requests import Request
 from starlette.responses import PlainTextResponse, Response
 
 from tissue_probe.workbench.notebook import notebook
-from tissue_probe.workbench.refused import Refused
+from tissue_probe.workbench.refused import RequestRefused
 from tissue_probe.workbench.requests import Requests
 from tissue_probe.workbench.state import ENDING, packed_state
 
 #: Of each file its type, told to the browser.
-KINDS = {
+TAKEN_TYPES = {
     "model.yaml": "application/yaml",
     "report.html": "text/html",
     "map.html": "text/html",
@@ -31,23 +31,23 @@ KINDS = {
 async def take(request: Request) -> Response:
     """Answer a request for one of the files."""
     name, requests = request.path_params["name"], request.app.state.requests
-    if name not in KINDS:
-        told = f"there is no {name} to take away; there are {', '.join(KINDS)}\n"
+    if name not in TAKEN_TYPES:
+        told = f"there is no {name} to take away; there are {', '.join(TAKEN_TYPES)}\n"
         return PlainTextResponse(told, status_code=404)
     content = await _content(name, requests)
     headers = {"Content-Disposition": f'attachment; filename="{name}"'}
-    return Response(content, media_type=KINDS[name], headers=headers)
+    return Response(content, media_type=TAKEN_TYPES[name], headers=headers)
 
 
 async def _content(name: str, requests: Requests) -> bytes:
     desk = requests.desk
     if name == "model.yaml":
         if not desk.rungs:
-            raise Refused("there is no model yet: open a recording first")
+            raise RequestRefused("there is no model yet: open a recording first")
         return await _write_bytes(name, desk.rungs[-1].compared.model.save)
     if name == "map.html":
         if desk.map is None:
-            raise Refused("there is no map yet: open a scan first")
+            raise RequestRefused("there is no map yet: open a scan first")
         return await _write_bytes(name, desk.map.report)
     if name == "report.html":
         found: bytes = await requests.change(desk.report)

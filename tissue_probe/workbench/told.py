@@ -18,8 +18,8 @@ from tissue_probe.workbench import examples
 from tissue_probe.workbench.desk import Desk, Ranking, Rung
 from tissue_probe.workbench.mapped import told_map
 from tissue_probe.workbench.opened import Opened
-from tissue_probe.workbench.question import ITEMS
-from tissue_probe.workbench.refused import Refused
+from tissue_probe.workbench.question import PAGE_ITEMS
+from tissue_probe.workbench.refused import RequestRefused
 
 #: A slider goes to this many times its 95 % interval, and at least so far from the value in shares
 #: of it: to see the influence of a parameter it must be moved by more than it is known.
@@ -29,7 +29,7 @@ INTERVALS, LEAST = 4.0, 0.5
 def choices() -> dict[str, Any]:
     """Return the choices of the forms."""
     return {
-        "question": [each._asdict() for each in ITEMS if each.label],
+        "question": [each._asdict() for each in PAGE_ITEMS if each.label],
         "rigs": RIG_CARDS,
         "position_unit": [*POSITION_UNITS, *VELOCITY_UNITS],
         "force_unit": [*FORCE_UNITS],
@@ -68,7 +68,7 @@ def without_paths(desk: Desk, told: Any) -> Any:
     return [without_paths(desk, each) for each in told] if isinstance(told, (list, tuple)) else told
 
 
-def _problem(refused: Refused) -> dict[str, Any]:
+def _problem(refused: RequestRefused) -> dict[str, Any]:
     return {"told": str(refused), "fields": refused.fields}
 
 

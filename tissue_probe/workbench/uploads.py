@@ -11,10 +11,10 @@ import shutil
 from collections.abc import AsyncIterator
 from pathlib import Path
 
-from tissue_probe.workbench.refused import Refused
+from tissue_probe.workbench.refused import RequestRefused
 
 #: Most bytes of one file: a day of 2 kHz as text has some 6 GB, an hour 0.3 GB.
-LARGEST = 2**31
+LARGEST_UPLOAD = 2**31
 #: Space that must stay free on the disk [bytes]: a fit and the system need some.
 SPARE = 2**28
 #: Most bytes of a name: file systems take 255, and some more are put before or behind.
@@ -28,18 +28,18 @@ async def keep(name: str, parts: AsyncIterator[bytes], folder: Path) -> Path:
     Raises
     ------
     Refused
-        If it is larger than ``LARGEST`` or than the disk bears.
+        If it is larger than ``LARGEST_UPLOAD`` or than the disk bears.
     """
     own = folder / secrets.token_hex(8)
     own.mkdir(parents=True)
     path, size = own / plain(name), 0
-    most = min(LARGEST, shutil.disk_usage(folder).free - SPARE)
+    most = min(LARGEST_UPLOAD, shutil.disk_usage(folder).free - SPARE)
     try:
         with path.open("wb") as file:
             async for part in parts:
                 size += len(part)
                 if size > most:
-                    raise Refused(
+                    raise RequestRefused(
                         f"{path.name} has more than {most / 1e6:.0f} MB; start `tissue_probe "
                         "workbench` with the file's name instead, which copies nothing"
                     )

@@ -19,11 +19,11 @@ from tissue_probe.workbench.messages import pack_message
 from tissue_probe.workbench.worker import DONE, FRAME, TOLD
 
 #: A map, which must reach every page, unlike samples of a moment ago.
-MAP = b"m"
+MAP_KIND = b"m"
 #: Time between two messages [s]: more often the eye sees no difference.
-PERIOD = 0.05
+MESSAGE_PERIOD = 0.05
 #: Of the columns of a row of estimates, those that pages draw.
-DRAWN = (
+DRAWN_COLUMNS = (
     "stiffness",
     "damping",
     "stiffness_variance",
@@ -46,13 +46,13 @@ def main() -> None:
     told_map = watch.map
     try:
         while True:
-            time.sleep(PERIOD)
+            time.sleep(MESSAGE_PERIOD)
             watch.hear()
             head, arrays = _take_messages(watch)
             _write(answer, TOLD, pack_message({"live": head}, arrays))
             if watch.map is not told_map:
                 told_map = watch.map
-                _write(answer, MAP, _map(watch.map))
+                _write(answer, MAP_KIND, _map(watch.map))
             for line in _commands():
                 if line is None:
                     return
@@ -79,7 +79,7 @@ def _take_messages(watch: Any) -> tuple[dict[str, Any], dict[str, Any]]:
         table = np.array(rows, dtype=np.float64)
         arrays[f"{name}.time"] = table[:, 0] / NANOSECONDS
         arrays[f"{name}.status"] = table[:, 1].astype(np.float32)
-        for value in DRAWN:
+        for value in DRAWN_COLUMNS:
             arrays[f"{name}.{value}"] = table[:, PLACES[value]].astype(np.float32)
     head = {
         "estimators": list(estimates),

@@ -22,7 +22,7 @@ FRAME = struct.Struct("<cQ")
 TOLD, DONE, FAILED = b"t", b"d", b"f"
 #: A pipe takes so many bytes at once, or none, with any number of writers: a copy of the process
 #: tells, too (POSIX's PIPE_BUF is 512 at least).
-AT_ONCE = 512
+PIPE_BYTES = 512
 
 
 def main() -> None:
@@ -33,7 +33,7 @@ def main() -> None:
 
     def tell(told: dict[str, object]) -> None:
         text = as_json(told).encode()
-        if FRAME.size + len(text) <= AT_ONCE:
+        if FRAME.size + len(text) <= PIPE_BYTES:
             os.write(answer, FRAME.pack(TOLD, len(text)) + text)
 
     while (work := read_frame(given)) is not None:

@@ -15,14 +15,14 @@ from collections.abc import Callable
 from typing import Any
 
 from tissue_probe.analysis.passing import from_bytes
-from tissue_probe.workbench.refused import Refused
+from tissue_probe.workbench.refused import RequestRefused
 from tissue_probe.workbench.work import Work
 from tissue_probe.workbench.worker import DONE, FAILED, FRAME, TOLD
 
 Hear = Callable[[dict[str, Any]], None]
 
 
-class Cancelled(Refused):
+class Cancelled(RequestRefused):
     """The user has ended the work."""
 
 
@@ -59,7 +59,7 @@ class Workshop:
             process = await self._start_worker()
             kind, content = await self._answer(process, work.to_bytes(), hear)
         if kind == FAILED:
-            raise Refused(content.decode())
+            raise RequestRefused(content.decode())
         return await asyncio.to_thread(from_bytes, content, work.effects)
 
     def cancel(self) -> None:
@@ -109,7 +109,7 @@ class Workshop:
             await process.wait()
             if self._cancelled != before:
                 raise Cancelled("cancelled") from None
-            raise Refused(
+            raise RequestRefused(
                 "the process that fits was ended from outside; if the machine is short of memory, "
                 "end other programs, then try again"
             ) from None

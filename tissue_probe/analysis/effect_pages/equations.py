@@ -11,9 +11,9 @@ from tissue_probe.physics.effects.effect import POSITION, POSITION_RATE, Effect
 
 #: Operations in an expression from which on a reader gets more from the sentence beside it: laws
 #: with a name have 12 at most, and sums over branches or periods 100 and more.
-LONGEST = 60
+MOST_OPERATIONS = 60
 #: The side on the left of each place where an effect may act; the places are fields of ``Effect``.
-LEFT = {
+LEFT_SIDES = {
     "force": "\\text{tissue force} = k \\cdot x + \\beta \\cdot \\dot{x} + ",
     "contact": "\\text{force on the tip} = ",
     "drag": "\\text{force on the tip} = \\text{tissue force} + ",
@@ -32,7 +32,7 @@ LEFT = {
 def equations(effect: Effect) -> tuple[str, ...]:
     """Return the equations that differ from those of the model without the effect.
 
-    Equations of more than ``LONGEST`` operations are left out.
+    Equations of more than ``MOST_OPERATIONS`` operations are left out.
 
     Parameters
     ----------
@@ -47,7 +47,7 @@ def equations(effect: Effect) -> tuple[str, ...]:
     return tuple(
         f"{left}{_factor(right) if left.endswith('cdot ') else latex(right)}"
         for left, right in (*_places(effect), *_pairs(effect), *_states(effect))
-        if sp.count_ops(right) <= LONGEST
+        if sp.count_ops(right) <= MOST_OPERATIONS
     ) + tuple(_switches(effect))
 
 
@@ -57,7 +57,7 @@ def _factor(expression: sp.Expr) -> str:
 
 def _places(effect: Effect) -> Iterator[tuple[str, sp.Expr]]:
     plain = Effect("", "", "")
-    for place, left in LEFT.items():
+    for place, left in LEFT_SIDES.items():
         right = sp.sympify(getattr(effect, place))
         if right != sp.sympify(getattr(plain, place)):
             yield left, right

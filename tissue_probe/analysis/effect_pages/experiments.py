@@ -12,8 +12,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tissue_probe.analysis.effect_pages.simulated import Motion, force, rig_for, typical
-from tissue_probe.diagnosis.advice.separation import EXPERIMENTS
+from tissue_probe.analysis.effect_pages.simulated import DriveMotion, force, rig_for, typical
+from tissue_probe.diagnosis.advice.separation import PROBE_EXPERIMENTS
 from tissue_probe.diagnosis.advice.visibility import SEEN
 from tissue_probe.physics.composition import Composition
 from tissue_probe.physics.effects import Effect
@@ -24,7 +24,7 @@ from tissue_probe.signals import FloatArray
 #: recording has: a load cell of a laboratory, 0.1 % of some newtons.
 NOISE = 2e-3
 #: Share of a value by which it is moved to take the derivative.
-STEP = 0.02
+DERIVATIVE_STEP = 0.02
 #: Another effect takes the place of one where it leaves less than this share of the plain model's
 #: residual: it then explains 90 % of the square.
 PASSES = 0.3
@@ -44,7 +44,7 @@ class Outcome:
         Rms that is left with each other effect in its place [N].
     """
 
-    motion: Motion
+    motion: DriveMotion
     left: float
     rivals: Mapping[str, float]
 
@@ -87,7 +87,7 @@ def outcomes(library: Mapping[str, Effect]) -> dict[str, tuple[Outcome, ...]]:
         All effects; each is compared with the others that its rig admits and that do not contain
         it.
     """
-    motions = [Motion(*each) for each in EXPERIMENTS]
+    motions = [DriveMotion(*each) for each in PROBE_EXPERIMENTS]
     rigs = {name: rig_for(effect) for name, effect in library.items()}
     changes = {
         (rig, number): _changes(rig, motion, library)
@@ -103,7 +103,7 @@ def outcomes(library: Mapping[str, Effect]) -> dict[str, tuple[Outcome, ...]]:
     }
 
 
-def residual(effect: Effect, motion: Motion) -> FloatArray:
+def residual(effect: Effect, motion: DriveMotion) -> FloatArray:
     """Return the residual of the nearest plain model at each sample of an effect's force [N]."""
     rig = rig_for(effect)
     changes = _changes(rig, motion, {effect.name: effect})
@@ -116,7 +116,7 @@ def best(told: Sequence[Outcome]) -> Outcome:
 
 
 def _outcome(
-    effect: Effect, library: Mapping[str, Effect], motion: Motion, changes: _Changes
+    effect: Effect, library: Mapping[str, Effect], motion: DriveMotion, changes: _Changes
 ) -> Outcome:
     change = changes.effects[effect.name]
     rivals = {
@@ -127,7 +127,7 @@ def _outcome(
     return Outcome(motion, _rms(_beyond(change, changes.plain), motion), rivals)
 
 
-def _rms(residual: FloatArray, motion: Motion) -> float:
+def _rms(residual: FloatArray, motion: DriveMotion) -> float:
     return float(np.linalg.norm(residual) / np.sqrt(motion.times.size))
 
 
@@ -136,7 +136,7 @@ def _beyond(change: FloatArray, span: FloatArray) -> FloatArray:
     return np.asarray(change - span @ (span.T @ change))
 
 
-def _changes(rig: Rig, motion: Motion, library: Mapping[str, Effect]) -> _Changes:
+def _changes(rig: Rig, motion: DriveMotion, library: Mapping[str, Effect]) -> _Changes:
     plain = Composition(rig)
     values = typical(plain)
     before = force(plain, values, motion)
@@ -163,16 +163,16 @@ def _changes(rig: Rig, motion: Motion, library: Mapping[str, Effect]) -> _Change
 
 
 def _derivative(
-    model: Composition, values: Mapping[str, float], name: str, motion: Motion, at: FloatArray
+    model: Composition, values: Mapping[str, float], name: str, motion: DriveMotion, at: FloatArray
 ) -> FloatArray:
-    """Return the change of the force by ``STEP`` of a value."""
+    """Return the change of the force by ``DERIVATIVE_STEP`` of a value."""
     moved = {**values, name: values[name] + _step(values[name])}
     return force(model, moved, motion) - at
 
 
 def _step(value: float) -> float:
     """Return how far a value is moved; one that is 0 by a hundredth of a millimetre or second."""
-    return STEP * value if value else 1e-5
+    return DERIVATIVE_STEP * value if value else 1e-5
 
 
 def _weight(value: float, tolerance: float) -> float:

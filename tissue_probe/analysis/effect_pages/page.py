@@ -19,15 +19,15 @@ from tissue_probe.analysis.effect_pages.experiments import (
     residual,
 )
 from tissue_probe.analysis.effect_pages.simulated import (
-    SAMPLE_RATE,
-    Motion,
+    PAGE_RATE,
+    DriveMotion,
     force,
     rig_for,
     simulate_recording,
     typical,
 )
 from tissue_probe.analysis.symbols import letter
-from tissue_probe.diagnosis.advice.separation import CALIBRATIONS, LED
+from tissue_probe.diagnosis.advice.separation import CALIBRATIONS, LED_CALIBRATIONS
 from tissue_probe.errors import TissueProbeError
 from tissue_probe.figures.effect_shown import ShownEffect, draw_effect
 from tissue_probe.physics.composition import Composition
@@ -38,9 +38,9 @@ from tissue_probe.quantities import engineering
 
 #: The motion of the pictures: slow enough to tell a spring from a damper by eye, and out of the
 #: tissue for a part of each period.
-DRAWN = Motion({"kind": "sine", "frequency": 5.0}, 0.8e-3, 2.0)
+DRAWN_MOTION = DriveMotion({"kind": "sine", "frequency": 5.0}, 0.8e-3, 2.0)
 #: Other effects that a page names: more pass for one another than a reader can try.
-NAMED = 5
+RIVALS_NAMED = 5
 
 
 def write_pages(folder: Path, library: Mapping[str, Effect]) -> None:
@@ -66,11 +66,11 @@ def _draw_effect(effect: Effect) -> ShownEffect:
     plain = Composition(rig_for(effect))
     added = plain.plus(effect.plain)
     return ShownEffect(
-        DRAWN.position,
-        np.gradient(DRAWN.position, 1.0 / SAMPLE_RATE),
-        force(plain, typical(plain), DRAWN),
-        force(added, typical(added), DRAWN),
-        residual(effect, DRAWN),
+        DRAWN_MOTION.position,
+        np.gradient(DRAWN_MOTION.position, 1.0 / PAGE_RATE),
+        force(plain, typical(plain), DRAWN_MOTION),
+        force(added, typical(added), DRAWN_MOTION),
+        residual(effect, DRAWN_MOTION),
     )
 
 
@@ -132,8 +132,8 @@ def _picture(effect: Effect) -> Iterator[str]:
     yield "\n## Picture\n"
     yield f"![Force and residual over position and speed]({effect.name}.png)\n"
     yield (
-        f"Simulated on the rig `{rig}` with typical values ({DRAWN}). Below: the residual of the "
-        "plain model, with the values that come nearest.\n"
+        f"Simulated on the rig `{rig}` with typical values ({DRAWN_MOTION}). Below: the residual "
+        "of the plain model, with the values that come nearest.\n"
     )
 
 
@@ -169,7 +169,7 @@ def _list_confused(
     yield "\n## Easily confused with\n"
     shown = [each for each in told if each.shows]
     passing = [name for each in shown for name in each.passing]
-    often = sorted(dict.fromkeys(passing), key=lambda name: -passing.count(name))[:NAMED]
+    often = sorted(dict.fromkeys(passing), key=lambda name: -passing.count(name))[:RIVALS_NAMED]
     if often:
         yield (
             "These can take its place: they explain 90 % and more of the square of its residual.\n"
@@ -195,7 +195,7 @@ def _list_confused(
 def _excitation(effect: Effect, told: Sequence[Outcome]) -> Iterator[str]:
     yield "\n## Which excitation tells it\n"
     rig = rig_for(effect)
-    calibration = (LED if rig.tip_is_position else CALIBRATIONS).get(effect.name)
+    calibration = (LED_CALIBRATIONS if rig.tip_is_position else CALIBRATIONS).get(effect.name)
     chosen = best(told)
     if chosen.shows:
         yield (

@@ -9,7 +9,7 @@ import numpy as np
 
 from tissue_probe.analysis.measurements import Measurements
 from tissue_probe.analysis.simulating import simulate
-from tissue_probe.diagnosis.advice.separation import AMPLITUDE
+from tissue_probe.diagnosis.advice.separation import PROBE_AMPLITUDE
 from tissue_probe.excitation import parse_excitation
 from tissue_probe.physics.composition import Composition
 from tissue_probe.physics.effects import Effect
@@ -19,15 +19,15 @@ from tissue_probe.quantities import POSITION
 from tissue_probe.signals import FloatArray
 
 #: Samples a second of the suite's probe [Hz].
-SAMPLE_RATE = 2000.0
+PAGE_RATE = 2000.0
 #: Frequency of the second input, of amplitude 1: that of no motion [Hz].
-SECOND = 0.7
+SECOND_FREQUENCY = 0.7
 #: The motion sets in over this time [s], a tenth of the shortest experiment.
 SETTING_IN = 0.2
 
 
 @dataclass(frozen=True)
-class Motion:
+class DriveMotion:
     """A motion of the drive, from rest at the surface.
 
     Attributes
@@ -47,12 +47,12 @@ class Motion:
     @property
     def times(self) -> FloatArray:
         """Times of the samples [s]."""
-        return np.arange(round(self.duration * SAMPLE_RATE)) / SAMPLE_RATE
+        return np.arange(round(self.duration * PAGE_RATE)) / PAGE_RATE
 
     @property
     def position(self) -> FloatArray:
         """Position at each sample [m]."""
-        signal = parse_excitation({**self.excitation, "amplitude": AMPLITUDE})(self.times)
+        signal = parse_excitation({**self.excitation, "amplitude": PROBE_AMPLITUDE})(self.times)
         return np.asarray(_begin_gently(self.times) * (self.preload + signal), dtype=np.float64)
 
     def __str__(self) -> str:
@@ -60,7 +60,9 @@ class Motion:
         band = f"{told.get('start', told.get('frequency')):g}"
         band += f" to {told['stop']:g}" if "stop" in told else ""
         about = f"about {1e3 * self.preload:g} mm" if self.preload else "about the surface"
-        return f"{told['kind']}, {band} Hz, {1e3 * AMPLITUDE:g} mm {about}, {self.duration:g} s"
+        return (
+            f"{told['kind']}, {band} Hz, {1e3 * PROBE_AMPLITUDE:g} mm {about}, {self.duration:g} s"
+        )
 
 
 def _begin_gently(times: FloatArray) -> FloatArray:
@@ -83,15 +85,19 @@ def typical(composition: Composition) -> dict[str, float]:
     return {entry.name: entry.default for entry in composition.values}
 
 
-def force(composition: Composition, values: Mapping[str, float], motion: Motion) -> FloatArray:
+def force(composition: Composition, values: Mapping[str, float], motion: DriveMotion) -> FloatArray:
     """Return the force of a model at each sample of a motion [N]."""
     return simulate_recording(composition, values, motion).force
 
 
 def simulate_recording(
-    composition: Composition, values: Mapping[str, float], motion: Motion, noise: float = 0.0
+    composition: Composition, values: Mapping[str, float], motion: DriveMotion, noise: float = 0.0
 ) -> Measurements:
     """Return a simulated recording of a motion; a second input, where one is heard, is a sine."""
     model = FittedModel(composition, dict(values), {})
-    heard = np.sin(2.0 * np.pi * SECOND * motion.times) if composition.kernel.hears_input2 else None
-    return simulate(model, motion.position, sample_rate=SAMPLE_RATE, noise=noise, input2=heard)
+    heard = (
+        np.sin(2.0 * np.pi * SECOND_FREQUENCY * motion.times)
+        if composition.kernel.hears_input2
+        else None
+    )
+    return simulate(model, motion.position, sample_rate=PAGE_RATE, noise=noise, input2=heard)

@@ -27,17 +27,17 @@ from tissue_probe.signals import FloatArray
 OE, SEL1, SEL2 = 1, 2, 4
 #: The selection of each byte, the most significant first, with the output enabled (OE low): the
 #: first latches the count, OE high releases it (Avago HCTL-2032 data sheet, byte selection).
-BYTES = (SEL2, SEL1 | SEL2, 0, SEL1)
+BYTE_SELECTIONS = (SEL2, SEL1 | SEL2, 0, SEL1)
 #: Readings that are timed before the first use.
 TIMED = 50
 #: The slowest reading may take so much of a sample period.
-SHARE = 0.8
+READING_SHARE = 0.8
 #: So many readings in each period of the fastest sine leave an interpolated position right to 1 %.
 READINGS_A_PERIOD = 8
 #: A reading that latched within a longer time than this is left out: who knows when [s].
 LONGEST_LATCH = 0.005
 #: So many readings tell when samples are taken: those of some ten seconds.
-REMEMBERED = 400
+READINGS_REMEMBERED = 400
 
 
 class Chip:
@@ -58,12 +58,12 @@ class Chip:
 
     def latch(self) -> None:
         """Hold the count of this instant until it is read."""
-        self._select(BYTES[0])
+        self._select(BYTE_SELECTIONS[0])
 
     def read_latched(self) -> int:
         """Read the count that is held, 0 to 2^32 - 1, and let go of it."""
         value = self._byte()
-        for selection in BYTES[1:]:
+        for selection in BYTE_SELECTIONS[1:]:
             self._select(selection)
             value = value << 8 | self._byte()
         self._select(OE)
@@ -111,7 +111,7 @@ class Hctl2032:
         self, connection: Connection, settings: NiDaqmxSettings, sample_period: float
     ) -> None:
         self._chip = Chip(connection, settings)
-        fastest = SHARE / self._chip.time_readings()[-1]
+        fastest = READING_SHARE / self._chip.time_readings()[-1]
         if fastest * sample_period < 1.0:
             raise DeviceError(
                 f"the HCTL-2032 can be read {fastest:.0f} times a second over these lines, not "
@@ -250,7 +250,7 @@ class SampleClock:
 
     def __init__(self, sample_period: float) -> None:
         self._rate = 1.0 / sample_period
-        self._offsets: deque[float] = deque(maxlen=REMEMBERED)
+        self._offsets: deque[float] = deque(maxlen=READINGS_REMEMBERED)
 
     def see(self, arrived: int, now: float) -> None:
         """Hear that so many samples had arrived at ``now`` [s]."""

@@ -16,7 +16,7 @@ from tissue_probe.excitation import Excitation
 from tissue_probe.signals import FloatArray
 
 #: Samples wait this long in this machine's buffer to be fetched before they are lost [s].
-BUFFER_TIME = 10.0
+DAQ_BUFFER_TIME = 10.0
 #: Once in so many fetches it is asked how many samples wait.
 LOOK = 10
 
@@ -92,7 +92,7 @@ class CounterEncoder:
             rate,
             f"/{settings.device}/ai/SampleClock",
             sample_mode=AcquisitionType.CONTINUOUS,
-            samps_per_chan=round(BUFFER_TIME * rate),
+            samps_per_chan=round(DAQ_BUFFER_TIME * rate),
         )
         self._reader = CounterReader(self._task.in_stream)
         self._reader.verify_array_shape = False

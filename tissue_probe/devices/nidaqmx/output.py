@@ -25,7 +25,7 @@ LONGEST_TABLE = 40_000
 LONGEST_SWING = 1.0
 
 
-class Output(Protocol):
+class TimedOutput(Protocol):
     """A hardware-timed output; sample n is played with sample n of the inputs."""
 
     def advance(self, taken: int) -> None:

@@ -19,13 +19,13 @@ from tissue_probe.devices.calibration import Calibration
 from tissue_probe.devices.device import DeviceError, Samples
 from tissue_probe.devices.nidaqmx.connection import Connection
 from tissue_probe.devices.nidaqmx.decoder import Hctl2032, InterpolatedHctl2032
-from tissue_probe.devices.nidaqmx.encoder import BUFFER_TIME, CounterEncoder, Encoder, LoadCell
+from tissue_probe.devices.nidaqmx.encoder import DAQ_BUFFER_TIME, CounterEncoder, Encoder, LoadCell
 from tissue_probe.devices.nidaqmx.errors import convert_errors
 from tissue_probe.devices.nidaqmx.guard import find_watchdog
 from tissue_probe.devices.nidaqmx.output import (
-    Output,
     RegeneratedOutput,
     StreamedOutput,
+    TimedOutput,
     period_in_samples,
 )
 from tissue_probe.devices.nidaqmx.settings import NiDaqmxSettings
@@ -94,7 +94,7 @@ class NiDaqmxProbe:
         self.force_range = (float(min(ends)), float(max(ends)))
         self._lock = Lock()
         self._sampling = False
-        self._output: Output | None = None
+        self._output: TimedOutput | None = None
         self._opened: list[_Closes] = []
         self._failed = False
         self._open()
@@ -249,7 +249,7 @@ class NiDaqmxProbe:
         self._input.timing.cfg_samp_clk_timing(
             settings.sample_rate,
             sample_mode=AcquisitionType.CONTINUOUS,
-            samps_per_chan=round(BUFFER_TIME * settings.sample_rate),
+            samps_per_chan=round(DAQ_BUFFER_TIME * settings.sample_rate),
         )
         self.sample_period = 1.0 / self._input.timing.samp_clk_rate
         self._load_cell = LoadCell(self._input, settings.timeout)
@@ -265,7 +265,7 @@ class NiDaqmxProbe:
             "coil_driven_after_death": self._driven_on,
         }
 
-    def _make_output(self, excitation: Excitation) -> Output:
+    def _make_output(self, excitation: Excitation) -> TimedOutput:
         """Arm nothing yet: load the coil's task with the excitation, to start with the input."""
         settings = self._settings
         self._coil = self._coil_task()

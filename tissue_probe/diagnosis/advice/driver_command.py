@@ -15,10 +15,10 @@ from tissue_probe.signals import FloatArray
 #: The driver's amplitude where none is given, and the largest that its limits let pass [V].
 USUAL, LARGEST = 0.85, 5.0
 DRIVER = "ros2 run tissue_probe driver --ros-args -r __ns:=/probe"
-STAGE = "ros2 run tissue_probe stage --ros-args -r __ns:=/stage"
+STAGE_COMMAND = "ros2 run tissue_probe stage --ros-args -r __ns:=/stage"
 RECORDER = "ros2 run tissue_probe recorder --ros-args -r __ns:=/probe -p output:=next.mcap"
 #: How well first touch is known where a stage presses the probe in [m].
-TOUCH = 3e-5
+TOUCH_DEVIATION = 3e-5
 
 
 @dataclass(frozen=True)
@@ -96,13 +96,13 @@ def _contact(preload: float) -> str:
     if preload == 0.0:
         return (
             "Let the tip just touch before the driver is activated (stage or robot; the simulated "
-            f"stage: {STAGE} -p z:=0.0)."
+            f"stage: {STAGE_COMMAND} -p z:=0.0)."
         )
     return (
         f"Press the probe in by {1e3 * preload:g} mm before the driver is activated (stage or "
-        f"robot; the simulated stage: {STAGE} -p z:={_ros(-preload)}). The position does not hold "
-        f"that way: diagnose the recording with "
-        f"`constant` contact_position={_ros(-preload)}+-{TOUCH:g}."
+        f"robot; the simulated stage: {STAGE_COMMAND} -p z:={_ros(-preload)}). The position does "
+        f"not hold that way: diagnose the recording with "
+        f"`constant` contact_position={_ros(-preload)}+-{TOUCH_DEVIATION:g}."
     )
 
 

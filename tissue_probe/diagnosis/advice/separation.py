@@ -19,7 +19,7 @@ from tissue_probe.diagnosis.fitting.fit import Fit
 from tissue_probe.diagnosis.fitting.problem import Problem
 from tissue_probe.diagnosis.inspection.sampling_checks import PER_CYCLE
 from tissue_probe.diagnosis.observation.instrument import Instrument
-from tissue_probe.diagnosis.observation.measurement import SETTLING, Measurement
+from tissue_probe.diagnosis.observation.measurement import SETTLING_TIME, Measurement
 from tissue_probe.diagnosis.observation.noise import Noise
 from tissue_probe.diagnosis.ranking.candidates import refit
 from tissue_probe.diagnosis.sharing import map_shared
@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     from tissue_probe.physics.scale import Scale
 
 #: Experiments that a probe can make, from the shortest on: excitation, preload [m], duration [s].
-EXPERIMENTS: tuple[tuple[dict[str, object], float, float], ...] = (
+PROBE_EXPERIMENTS: tuple[tuple[dict[str, object], float, float], ...] = (
     ({"kind": "sine", "frequency": 10.0}, 0.0, 2.0),
     ({"kind": "sine", "frequency": 10.0}, 2e-3, 2.0),
     ({"kind": "multisine", "start": 1.0, "stop": 60.0, "spacing": 1.0}, 0.0, 2.0),
@@ -39,11 +39,11 @@ EXPERIMENTS: tuple[tuple[dict[str, object], float, float], ...] = (
     ({"kind": "chirp", "start": 1.0, "stop": 60.0, "duration": 4.0}, 0.0, 4.0),
     ({"kind": "chirp", "start": 1.0, "stop": 60.0, "duration": 4.0}, 2e-3, 4.0),
 )
-AMPLITUDE = 1e-3
+PROBE_AMPLITUDE = 1e-3
 #: Values of an excitation that are rates per second.
-RATES = {"frequency", "start", "stop", "spacing"}
+RATE_SETTINGS = {"frequency", "start", "stop", "spacing"}
 #: Of models that explain equally well, so many are held to be the right one, in their order.
-COMPARED = 3
+RIVALS_COMPARED = 3
 #: Residual over noise of the wrong models from which an experiment tells them from the right one,
 #: and from which it needs no calibration besides.
 TOLD, CLEARLY = 1.02, 1.1
@@ -72,7 +72,7 @@ CALIBRATIONS = {
 }
 
 #: The same where the tip follows the position exactly, and cannot ring.
-LED = {
+LED_CALIBRATIONS = {
     **CALIBRATIONS,
     "load_cell_stiffness_error": "press the tip on a rigid stop: the force against the position "
     "is the load cell's stiffness",
@@ -155,8 +155,8 @@ def _between(rivals: Sequence[Fit], instrument: Instrument) -> Suggestion | None
         # The experiments are motions of a coil; which forces another drive can make is not known.
         return Suggestion({}, 0.0, 0.0, np.nan, calibration=helps) if helps else None
     apart, best = 0.0, None
-    for right in rivals[:COMPARED]:
-        wrong = [rival for rival in rivals[:COMPARED] if rival is not right]
+    for right in rivals[:RIVALS_COMPARED]:
+        wrong = [rival for rival in rivals[:RIVALS_COMPARED] if rival is not right]
         for made, left in _try_experiments(right, partial(_least_misfit, wrong, instrument)):
             if left > apart:
                 apart, best = left, made
@@ -215,7 +215,7 @@ def _choose_experiment(
 
 def _calibrations(names: Sequence[str], instrument: Instrument) -> str:
     """Name the calibrations that tell effects."""
-    known = LED if instrument.rig.tip_is_position else CALIBRATIONS
+    known = LED_CALIBRATIONS if instrument.rig.tip_is_position else CALIBRATIONS
     return "; ".join(dict.fromkeys(known[name] for name in names if name in known))
 
 
@@ -231,20 +231,22 @@ def _try_experiments(
 def _experiments(right: Fit) -> Iterator[_Made]:
     """Simulate the experiments that a recorder can follow, with a fitted model."""
     scale = right.composition.scale
-    for excitation, preload, duration in EXPERIMENTS:
+    for excitation, preload, duration in PROBE_EXPERIMENTS:
         if _is_sampled(excitation, right.measurements[0].sample_period / scale.time):
             measurement = _simulate_experiment(right, excitation, preload, duration)
             if measurement is not None:
                 told = {
                     **_slow_excitation(excitation, scale),
-                    "amplitude": AMPLITUDE * scale.length,
+                    "amplitude": PROBE_AMPLITUDE * scale.length,
                 }
                 yield told, preload * scale.length, duration * scale.time, measurement
 
 
 def _slow_excitation(excitation: Mapping[str, object], scale: Scale) -> dict[str, object]:
     """Return an excitation for a record of a size."""
-    slowed = {name: float(str(excitation[name])) / scale.time for name in RATES & {*excitation}}
+    slowed = {
+        name: float(str(excitation[name])) / scale.time for name in RATE_SETTINGS & {*excitation}
+    }
     if "duration" in excitation:
         slowed["duration"] = float(str(excitation["duration"])) * scale.time
     return {**excitation, **slowed}
@@ -266,8 +268,8 @@ def _simulate_experiment(
     period = first.sample_period / scale.time
     times = np.arange(round(duration / period), dtype=float) * period
     # A coil that has a mass goes off gently: a jump of its speed would tell models apart by that.
-    gently = np.sin(0.5 * np.pi * np.minimum(times / SETTLING, 1.0)) ** 2
-    position = parse_excitation({**excitation, "amplitude": AMPLITUDE})(times)
+    gently = np.sin(0.5 * np.pi * np.minimum(times / SETTLING_TIME, 1.0)) ** 2
+    position = parse_excitation({**excitation, "amplitude": PROBE_AMPLITUDE})(times)
     position = scale.length * (preload + gently * position)
     problem = Problem(fit.composition, [first], Instrument(fit.composition.rig))
     values = problem.runs.values_in(0, fit.values)

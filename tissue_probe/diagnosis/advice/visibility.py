@@ -28,9 +28,9 @@ if TYPE_CHECKING:
 #: Squared signal over noise from which an effect is found.
 SEEN = 50.0
 #: An effect that changes the force by this many times the noise is not expected to hide.
-PLAIN = 2.0
+PLAIN_RATIO = 2.0
 #: Share of the typical strength at which the response is taken as linear in it.
-FAINT = 0.01
+FAINT_STRENGTH = 0.01
 
 
 def visibilities(
@@ -38,10 +38,10 @@ def visibilities(
 ) -> list[float]:
     """Squared change of the force over the noise that effects leave, summed over the samples.
 
-    Each has typical strength, or the one that changes the force by ``PLAIN`` times the noise (rms)
-    if that is less: an excitation should show it well before it spoils the other values. The part
-    of the change that the model's own parameters, the rig's tolerances and the unknown start would
-    absorb is taken off (a Schur complement of the normal matrix). Infinite for effects whose
+    Each has typical strength, or the one that changes the force by ``PLAIN_RATIO`` times the noise
+    (rms) if that is less: an excitation should show it well before it spoils the other values. The
+    part of the change that the model's own parameters, the rig's tolerances and the unknown start
+    would absorb is taken off (a Schur complement of the normal matrix). Infinite for effects whose
     strength is not small of first order, such as lost contact: they show or they are absent.
 
     Parameters
@@ -128,7 +128,7 @@ def _visibility(
     strengths = effect.parameters[: effect.strengths]
     typical = {strength.name: strength.default for strength in strengths}
     # Not at none: the start of the effect's memory matters in proportion to its strength.
-    faint = {name: FAINT * size for name, size in typical.items()}
+    faint = {name: FAINT_STRENGTH * size for name, size in typical.items()}
     values = start_values(problem, fit.named(), effect, faint)
     columns = by_unknown(problem, values, begin_states(problem, fit, values))
     change = columns[:, : problem.count] @ [typical.get(n, 0.0) for n in problem.runs.meanings]
@@ -137,5 +137,7 @@ def _visibility(
     whole = float(change @ change)
     if not np.isfinite(whole) or whole == 0.0:
         return 0.0
-    left = own.measure_rest(change, columns[:, begun] / FAINT, precision(problem, values)[begun])
-    return max(left, 0.0) * min(1.0, PLAIN**2 * fit.samples / whole)
+    left = own.measure_rest(
+        change, columns[:, begun] / FAINT_STRENGTH, precision(problem, values)[begun]
+    )
+    return max(left, 0.0) * min(1.0, PLAIN_RATIO**2 * fit.samples / whole)

@@ -10,7 +10,12 @@ from dataclasses import dataclass, replace
 from typing import Literal
 
 from tissue_probe.diagnosis.evidence.adequacy import ROUGHLY, excess_of, leaves_only_noise, removes
-from tissue_probe.diagnosis.evidence.posterior import FORM, SURE, Posterior, posterior
+from tissue_probe.diagnosis.evidence.posterior import (
+    FORM_SHARE,
+    SURE_PROBABILITY,
+    ModelPosterior,
+    posterior,
+)
 from tissue_probe.diagnosis.fitting.fit import Fit
 
 Verdict = Literal["adequate", "missing", "ambiguous", "unexplained"]
@@ -51,7 +56,7 @@ class Ladder:
     ranking: tuple[Fit, ...]
     steps: tuple[Fit, ...]
     tried: tuple[Fit, ...]
-    posterior: Posterior
+    posterior: ModelPosterior
     verdict: Verdict
     family: str | None = None
     harmonic: float | None = None
@@ -157,7 +162,7 @@ def name_differences(rivals: Sequence[Fit]) -> tuple[str, ...]:
     return tuple(dict.fromkeys(n for names in named for n in names if n not in common))
 
 
-def _family(told: Posterior) -> str | None:
+def _family(told: ModelPosterior) -> str | None:
     """Return the family that is sure, though none of its forms is."""
     for family, probability in told.families.items():
         own = {
@@ -166,12 +171,14 @@ def _family(told: Posterior) -> str | None:
             for effect in fit.composition.effects
             if effect.family == family and effect.name in told.more(fit)
         }
-        if probability >= SURE and all(told.effect(name) < SURE for name in own):
+        if probability >= SURE_PROBABILITY and all(
+            told.effect(name) < SURE_PROBABILITY for name in own
+        ):
             return family
     return None
 
 
-def _nearest(family: str, told: Posterior) -> Fit | None:
+def _nearest(family: str, told: ModelPosterior) -> Fit | None:
     """Return the best form of a family, alone; None where it is not nearly right.
 
     Models of more effects may be more probable. Then the residual of the form must be no larger
@@ -189,11 +196,13 @@ def _nearest(family: str, told: Posterior) -> Fit | None:
         return None
     removed = told.base.ratio**2 - nearest.ratio**2
     nearly = excess_of(nearest) < 1.0 and removes(told.base, nearest)
-    little = nearly or nearest.ratio**2 - 1.0 <= FORM**2 * removed
+    little = nearly or nearest.ratio**2 - 1.0 <= FORM_SHARE**2 * removed
     return nearest if little or len(told.more(told.models[0])) == 1 else None
 
 
-def _path(best: Fit, ranking: Sequence[Fit], steps: Sequence[Fit], told: Posterior) -> list[Fit]:
+def _path(
+    best: Fit, ranking: Sequence[Fit], steps: Sequence[Fit], told: ModelPosterior
+) -> list[Fit]:
     """Return models up to the best, each with effects of it only, as far as there are such."""
     names, more = set(best.composition.names), told.more(best)
     if not more:

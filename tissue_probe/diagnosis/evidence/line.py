@@ -12,7 +12,7 @@ from tissue_probe.diagnosis.residuals.drive import dominant_period, drive_of
 #: How far a drive's strongest frequency may be from that of its repetition: it is a sine.
 SINE_WITHIN = 0.1
 #: Two frequencies within this share are the same.
-SAME = 2e-3
+SAME_FREQUENCY = 2e-3
 #: The value of a model that hums.
 FREQUENCY = "hum_frequency"
 
@@ -24,7 +24,7 @@ def is_multiple(fit: Fit) -> bool:
     if frequency is None or sine is None:
         return False
     order = round(frequency / sine)
-    return order > 1 and abs(frequency / (order * sine) - 1.0) < SAME
+    return order > 1 and abs(frequency / (order * sine) - 1.0) < SAME_FREQUENCY
 
 
 def sine_of(measurement: Measurement) -> float | None:

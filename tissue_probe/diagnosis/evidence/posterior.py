@@ -25,23 +25,23 @@ if TYPE_CHECKING:
 SECOND, LINE = 4.0, 8.0
 #: A law's form is right to this share: forms of one family are told apart no better by their
 #: residuals.
-FORM = 0.01
+FORM_SHARE = 0.01
 #: Logarithm of a ratio of costs from which on a form is beyond all question.
 MUCH = 50.0
 #: Minus twice the logarithm of a ratio of likelihoods by which chance may tell models of the same
 #: function apart: of one value, two of its standard deviations.
-CHANCE = 4.0
+FORMS_BY_CHANCE = 4.0
 #: How fast the odds of a model that is not in the library grow with the adequacy of the best, and
 #: how probable the effects of that remain if none in the library is right (21 of 50 seen).
 UNKNOWN, STILL = 8.0, 0.4
 #: Probability that a set of models holds, and from which on one counts as sure.
-SURE = 0.95
+SURE_PROBABILITY = 0.95
 #: Logarithm of the odds beyond which a model is not in the set that is sure, if a better one is.
-RIVAL = float(np.log(SURE / (1.0 - SURE)))
+RIVAL = float(np.log(SURE_PROBABILITY / (1.0 - SURE_PROBABILITY)))
 
 
 @dataclass(frozen=True)
-class Posterior:
+class ModelPosterior:
     """Probabilities of the models that were tried, given that one of the library's is right.
 
     Attributes
@@ -64,7 +64,7 @@ class Posterior:
     @property
     def likely(self) -> tuple[Fit, ...]:
         """The fewest models that together are sure."""
-        count = int(np.searchsorted(np.cumsum(self.probabilities), SURE)) + 1
+        count = int(np.searchsorted(np.cumsum(self.probabilities), SURE_PROBABILITY)) + 1
         return self.models[:count]
 
     def effect(self, name: str) -> float:
@@ -96,7 +96,7 @@ class Posterior:
 
 def posterior(
     base: Fit, fits: Iterable[Fit], second: Mapping[frozenset[str], float] | None = None
-) -> Posterior:
+) -> ModelPosterior:
     """Return how probable models are.
 
     Nothing is added to a model that leaves noise only. Forms of one family are told apart no better
@@ -113,17 +113,17 @@ def posterior(
         only the models named there count.
     """
     best = _best_of_each([base, *fits])
-    groups: dict[tuple[str, ...], list[_Told]] = defaultdict(list)
+    groups: dict[tuple[str, ...], list[_WeightedFit]] = defaultdict(list)
     for names, fit in _possible(best, base, second).items():
         likely = -0.5 * fit.misfit + (second.get(names, 0.0) if second else 0.0)
-        told = _Told(fit, likely, thought_of(fit, base))
+        told = _WeightedFit(fit, likely, thought_of(fit, base))
         groups[tuple(sorted(_families(fit, base)))].append(told)
     weighed = [pair for group in groups.values() for pair in _temper_group(group, best)]
     weighed.sort(key=lambda pair: (-pair[1], pair[0].fit.misfit))
     weighed = _with_twins(weighed, base)
     models, weights = [told.fit for told, _ in weighed], np.array([each for _, each in weighed])
     probabilities = np.exp(weights - np.logaddexp.reduce(weights))
-    return Posterior(
+    return ModelPosterior(
         base, tuple(models), tuple(map(float, probabilities)), _unknown(adequacy(models[0]))
     )
 
@@ -146,7 +146,7 @@ def _possible(
     return found or {frozenset(): base}
 
 
-class _Told(NamedTuple):
+class _WeightedFit(NamedTuple):
     """A fit, the logarithm of its likelihood, and of its probability before that."""
 
     fit: Fit
@@ -154,7 +154,7 @@ class _Told(NamedTuple):
     thought: float
 
 
-_Weighed = tuple[_Told, float]
+_Weighed = tuple[_WeightedFit, float]
 """A fit, and the logarithm of its probability up to the same constant of all."""
 
 
@@ -235,13 +235,13 @@ def _with_twins(weighed: Sequence[_Weighed], base: Fit) -> list[_Weighed]:
     return sorted(found, key=lambda pair: -pair[1])
 
 
-def _are_twins(told: _Told, best: _Told, base: Fit) -> bool:
+def _are_twins(told: _WeightedFit, best: _WeightedFit, base: Fit) -> bool:
     """Whether a model is the same function of the record as the best, of other families."""
     fit, other = told.fit, best.fit
     return (
         sorted(_families(fit, base)) != sorted(_families(other, base))
         and 0 < len(_names(fit, base)) <= len(_names(other, base))
-        and abs(best.likely - told.likely) <= 0.5 * CHANCE
+        and abs(best.likely - told.likely) <= 0.5 * FORMS_BY_CHANCE
         and leaves_only_noise(fit)
         and leaves_only_noise(other)
         and not _contains(fit, other)
@@ -257,7 +257,7 @@ def _told_off_bounds(fit: Fit) -> int:
     Of a mass that is not there chance decides whether its value ends at zero, or near it.
     """
     named, deviations = fit.named(), fit.deviations()
-    by = CHANCE**0.5
+    by = FORMS_BY_CHANCE**0.5
     return sum(
         0.0 < by * deviations[e.name] < min(named[e.name] - e.lower, e.upper - named[e.name])
         for e in fit.entries
@@ -276,15 +276,18 @@ def _contains(fit: Fit, other: Fit) -> bool:
     return fit is not other and within.issuperset(other.composition.names)
 
 
-def _temper_group(group: Sequence[_Told], known: Mapping[frozenset[str], Fit]) -> list[_Weighed]:
+def _temper_group(
+    group: Sequence[_WeightedFit], known: Mapping[frozenset[str], Fit]
+) -> list[_Weighed]:
     """Share the evidence of a group of forms among them, told apart as far as forms may be.
 
-    Where an effect removes E of the cost, its form leaves FORM^2 E of that, if it is right to that
-    share: one that leaves D more than the likeliest is less likely by exp(-D / 2 (1 + FORM^2 E)).
-    Effects that both models have remove nothing here: their form is the same in both. Values that
-    have to be learnt cost the same: of a value that may be anything a law that is right to FORM
-    tells so much that log(1 / FORM) is as large as the criterion's penalty. But no form that leaves
-    more than noise is more probable than one that leaves noise only, however simple it is.
+    Where an effect removes E of the cost, its form leaves FORM_SHARE^2 E of that, if it is right to
+    that share: one that leaves D more than the likeliest is less likely by exp(-D / 2 (1 +
+    FORM_SHARE^2 E)). Effects that both models have remove nothing here: their form is the same in
+    both. Values that have to be learnt cost the same: of a value that may be anything a law that is
+    right to FORM_SHARE tells so much that log(1 / FORM_SHARE) is as large as the criterion's
+    penalty. But no form that leaves more than noise is more probable than one that leaves noise
+    only, however simple it is.
     """
     likely = np.array([each.likely for each in group])
     thought = np.array([each.thought for each in group])
@@ -294,7 +297,7 @@ def _temper_group(group: Sequence[_Told], known: Mapping[frozenset[str], Fit]) -
         [max(_without_forms(best, each.fit, known) - best.cost, 0.0) for each in group]
     )
     more = samples * np.expm1(np.minimum((2.0 / samples) * (likely[first] - likely), MUCH))
-    told = thought - 0.5 * more / (1.0 + FORM**2 * removed)
+    told = thought - 0.5 * more / (1.0 + FORM_SHARE**2 * removed)
     enough = np.array([leaves_only_noise(each.fit) for each in group])
     if enough.any():
         told = np.where(enough, told, np.minimum(told, told[enough].max()))
@@ -345,10 +348,10 @@ def _is_nothing(effect: Effect, fit: Fit) -> bool:
 def ended_in_limit(effect: Effect, named: Mapping[str, float]) -> bool:
     """Whether an effect that contains a simpler one ended in the limit where it is that.
 
-    Within ``FORM``: no law's form is righter than that.
+    Within ``FORM_SHARE``: no law's form is righter than that.
     """
     limits = [each for each in effect.parameters if each.name == effect.limit]
-    return any(named[each.name] <= (1.0 + FORM) * each.lower for each in limits)
+    return any(named[each.name] <= (1.0 + FORM_SHARE) * each.lower for each in limits)
 
 
 def _effects(fit: Fit, base: Fit) -> tuple[Effect, ...]:

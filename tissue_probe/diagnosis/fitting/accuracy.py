@@ -17,7 +17,7 @@ import numpy as np
 
 from tissue_probe.diagnosis.fitting.covariance import covariance, free
 from tissue_probe.diagnosis.fitting.fit import Fit
-from tissue_probe.diagnosis.fitting.point import Point, point_at, scale_of
+from tissue_probe.diagnosis.fitting.point import SearchPoint, point_at, scale_of
 from tissue_probe.diagnosis.fitting.problem import Problem
 from tissue_probe.diagnosis.observation.instrument import Instrument
 from tissue_probe.diagnosis.observation.measurement import Measurement
@@ -29,13 +29,13 @@ from tissue_probe.signals import FloatArray
 UNSEEN = 0.3
 #: Most parts more: they divide the error by a million. Where that is not enough, the model cannot
 #: be simulated at these values.
-MOST = 32
+MOST_PARTS = 32
 #: Degrees of the course through smooth samples, each of which tells the error of the one before.
 DEGREES = (3, 7, 9)
 
 
 @dataclass(frozen=True)
-class Doubt:
+class SimulationDoubt:
     """By how much values are wrong for the simulation, in their standard deviations, shape (q,).
 
     ``by_step`` for the steps of the integration, ``by_course`` for the input's course.
@@ -55,13 +55,13 @@ class Doubt:
         return float(np.max(np.abs(self.by_course), initial=0.0))
 
 
-def doubt(fit: Fit, instrument: Instrument) -> Doubt:
+def doubt(fit: Fit, instrument: Instrument) -> SimulationDoubt:
     """Return by how much a finer simulation would change the values of a fit."""
     problem = Problem(fit.composition, fit.measurements, instrument)
     point = point_at(problem, fit.values, fit.starts)
     if point is None:
         nothing = np.zeros(len(fit.values))
-        return Doubt(nothing, nothing)
+        return SimulationDoubt(nothing, nothing)
     known = covariance(problem, point)
     step = course = np.zeros(len(fit.values))
     if problem.states and not problem.kernel.linear:
@@ -69,7 +69,7 @@ def doubt(fit: Fit, instrument: Instrument) -> Doubt:
     along = [smoother(each) or each for each in problem.measurements]
     if any(new is not old for new, old in zip(along, problem.measurements, strict=True)):
         course = _shift(fit, problem, point, known, along)
-    return Doubt(step, course)
+    return SimulationDoubt(step, course)
 
 
 def widen_covariance(fit: Fit, instrument: Instrument) -> Fit:
@@ -88,7 +88,7 @@ def widen_covariance(fit: Fit, instrument: Instrument) -> Fit:
 def _shift(
     fit: Fit,
     problem: Problem,
-    point: Point,
+    point: SearchPoint,
     known: FloatArray,
     finer: Sequence[Measurement],
 ) -> FloatArray:
@@ -119,10 +119,10 @@ def _shift(
 def in_more_parts(measurement: Measurement, times: int = 2) -> Measurement:
     """Return a measurement that is simulated in so many times more parts.
 
-    Up to one halving beyond ``MOST``, which tells the error that is left there.
+    Up to one halving beyond ``MOST_PARTS``, which tells the error that is left there.
     """
     now = measurement.fineness
-    return replace(measurement, fineness=replace(now, parts=min(times * now.parts, 2 * MOST)))
+    return replace(measurement, fineness=replace(now, parts=min(times * now.parts, 2 * MOST_PARTS)))
 
 
 def smoother(measurement: Measurement) -> Measurement | None:

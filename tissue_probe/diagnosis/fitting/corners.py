@@ -21,16 +21,16 @@ from tissue_probe.signals import BoolArray, FloatArray
 
 #: Order of the differences that show a corner. A motion with 16 samples a period leaves them
 #: 1/283 of its amplitude, white noise 30 times its deviation, a corner 6 times its change of step.
-ORDER = 6
+CORNER_ORDER = 6
 #: A difference is at a corner where it exceeds the usual one around by this factor: one difference
 #: of white noise in 10^15 does.
-STANDS_OUT = 8.0
+CORNER_STANDS_OUT = 8.0
 #: Samples around, of which the usual difference is taken: enough to tell it to a twelfth, and few
 #: beside a protocol's stretch between two corners.
 AROUND = 151
 #: Of a record with more corners than leave this share of it nothing is left out: it has little
 #: else.
-LEFT = 0.5
+LEAST_LEFT = 0.5
 #: Share of a slope by which it may be off, and still is known: between motion and rest the straight
 #: lines on either side of a corner are farther from their mean than that.
 KNOWN = 0.5
@@ -49,7 +49,9 @@ def without_corners(fit: Fit) -> list[Measurement] | None:
     if not any(map(np.any, near)):
         return None
     pairs = zip(fit.measurements, near, strict=True)
-    return fit.without([some & _depends(each, fit.named()) for each, some in pairs], 1.0 - LEFT)
+    return fit.without(
+        [some & _depends(each, fit.named()) for each, some in pairs], 1.0 - LEAST_LEFT
+    )
 
 
 def corners_that_count(measurement: Measurement, rig: Rig) -> BoolArray:
@@ -67,15 +69,17 @@ def corners_that_count(measurement: Measurement, rig: Rig) -> BoolArray:
 
 def corners(position: FloatArray) -> BoolArray:
     """Return which samples, evenly spaced, are near a corner: as near as it reaches differences."""
-    if position.size <= ORDER:
+    if position.size <= CORNER_ORDER:
         return np.zeros(position.size, dtype=bool)
-    rough = np.abs(np.diff(position, ORDER))
+    rough = np.abs(np.diff(position, CORNER_ORDER))
     usual = percentile_filter(rough, 68, AROUND)
     # Beside a motion differences of numbers that are rounded are nothing.
-    least = np.finfo(float).eps * 2.0**ORDER * np.abs(position).max(initial=0.0)
+    least = np.finfo(float).eps * 2.0**CORNER_ORDER * np.abs(position).max(initial=0.0)
     stands_out = np.zeros(position.size, dtype=bool)
-    stands_out[ORDER // 2 : -ORDER // 2] = rough > STANDS_OUT * np.maximum(usual, least)
-    return maximum_filter1d(stands_out, 2 * ORDER + 1)
+    stands_out[CORNER_ORDER // 2 : -CORNER_ORDER // 2] = rough > CORNER_STANDS_OUT * np.maximum(
+        usual, least
+    )
+    return maximum_filter1d(stands_out, 2 * CORNER_ORDER + 1)
 
 
 def _depends(measurement: Measurement, values: dict[str, float]) -> BoolArray:

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from tissue_probe.diagnosis.fitting.point import Point, scale_of
+from tissue_probe.diagnosis.fitting.point import SearchPoint, scale_of
 from tissue_probe.diagnosis.fitting.problem import Problem
 from tissue_probe.signals import FloatArray
 
@@ -15,10 +15,10 @@ from tissue_probe.signals import FloatArray
 #: thirty times as wide as without noise, and tells that nothing is known.
 MOSTLY = 0.95
 #: The information of the samples on a direction, over that on the best one: less is rounding.
-LEAST = 1e-12
+LEAST_INFORMATION = 1e-12
 
 
-def covariance(problem: Problem, point: Point) -> FloatArray:
+def covariance(problem: Problem, point: SearchPoint) -> FloatArray:
     """Return the covariance of values and starts as they are searched, of those that are free.
 
     In the order of ``free``; residuals over the noise count as of variance 1. How far noise in
@@ -42,7 +42,7 @@ def covariance(problem: Problem, point: Point) -> FloatArray:
     return inverse / scale
 
 
-def free(problem: Problem, point: Point) -> np.ndarray:
+def free(problem: Problem, point: SearchPoint) -> np.ndarray:
     """Return which values, and after them starts, the samples or tolerances tell at all."""
     q = problem.count
     told = np.flatnonzero(np.diag(point.normal) > 0)
@@ -57,7 +57,7 @@ def _decompose_information(normal: FloatArray) -> tuple[FloatArray, FloatArray]:
     a direction.
     """
     sizes, directions = np.linalg.eigh(normal)
-    return np.maximum(sizes, LEAST * sizes[-1]), directions
+    return np.maximum(sizes, LEAST_INFORMATION * sizes[-1]), directions
 
 
 def _without(normal: FloatArray, noise: FloatArray) -> FloatArray:
@@ -75,7 +75,7 @@ def _without(normal: FloatArray, noise: FloatArray) -> FloatArray:
     return (basis * ((1.0 + shares) / (1.0 - shares) ** 2)) @ basis.T
 
 
-def _by_noise(problem: Problem, point: Point) -> tuple[FloatArray, FloatArray] | None:
+def _by_noise(problem: Problem, point: SearchPoint) -> tuple[FloatArray, FloatArray] | None:
     """Return the parts of normal matrix and gradient that noise left in the positions makes.
 
     The output that noise makes and its derivatives go together: values are drawn to where the model

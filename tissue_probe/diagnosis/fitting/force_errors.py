@@ -20,10 +20,10 @@ from tissue_probe.signals import FloatArray
 
 #: Coefficients of the autoregression; a second-order system under noise, read with noise, is one of
 #: moving average too, which so many follow.
-ORDER = 24
+AUTOREGRESSION_ORDER = 24
 #: Samples that are drawn for each coefficient: a filter that is learnt from so many leaves other
 #: noise larger by a hundredth of its square.
-LEARNT = 200
+SAMPLES_A_COEFFICIENT = 200
 
 
 def feels_force(fit: Fit) -> bool:
@@ -53,5 +53,9 @@ def _estimate_force_noise(problem: Problem, fit: Fit, index: int) -> Measurement
     errors = [draw_error()]
     if faint(errors[0], measurement.noise):
         return measurement
-    errors += [draw_error() for _ in range(LEARNT * ORDER // force.size)]
-    return replace(measurement, noise=Coloured.of(errors, ORDER, noise, measurement.noise.own))
+    errors += [
+        draw_error() for _ in range(SAMPLES_A_COEFFICIENT * AUTOREGRESSION_ORDER // force.size)
+    ]
+    return replace(
+        measurement, noise=Coloured.of(errors, AUTOREGRESSION_ORDER, noise, measurement.noise.own)
+    )

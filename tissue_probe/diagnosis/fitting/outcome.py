@@ -11,7 +11,7 @@ from scipy.linalg import eigh
 
 from tissue_probe.diagnosis.fitting.covariance import covariance, free
 from tissue_probe.diagnosis.fitting.fit import Fit
-from tissue_probe.diagnosis.fitting.point import Point, scale_of
+from tissue_probe.diagnosis.fitting.point import SearchPoint, scale_of
 from tissue_probe.diagnosis.fitting.problem import Problem
 from tissue_probe.diagnosis.observation.measurement import Measurement
 from tissue_probe.diagnosis.residuals.whiteness import colour, unevenness
@@ -25,7 +25,7 @@ BLOCKS = 8
 REASON = 1e-2
 
 
-def finish_fit(problem: Problem, point: Point, converged: bool) -> Fit:
+def finish_fit(problem: Problem, point: SearchPoint, converged: bool) -> Fit:
     """Return the fit at a point: covariance, residual, and its statements on noise and rig."""
     q = problem.count
     told, inverse = free(problem, point), covariance(problem, point)
@@ -77,7 +77,7 @@ def _at_end(problem: Problem, values: FloatArray) -> BoolArray:
     return (values <= problem.lower + rounding) | (values >= problem.upper - rounding)
 
 
-def _estimate_rounding(problem: Problem, point: Point) -> float:
+def _estimate_rounding(problem: Problem, point: SearchPoint) -> float:
     """Simulate an error that rounding of the position may have left; rms of the force [N].
 
     It counts where a model smooths coarse steps, and where it undoes an error of a fine encoder:
@@ -111,7 +111,7 @@ def _as_read(measurement: Measurement, step: float) -> tuple[FloatArray, FloatAr
     return measurement.position, measurement.position + measurement.extent.step * error
 
 
-def _start_penalty(problem: Problem, point: Point) -> float:
+def _start_penalty(problem: Problem, point: SearchPoint) -> float:
     """Log of how many times the samples narrow the priors of the starts.
 
     Summed over the states that the samples separate, and of each no more than a parameter costs:
@@ -135,7 +135,7 @@ def _start_penalty(problem: Problem, point: Point) -> float:
     return penalty
 
 
-def _left_out(problem: Problem, point: Point) -> tuple[list[FloatArray], tuple[str, ...]]:
+def _left_out(problem: Problem, point: SearchPoint) -> tuple[list[FloatArray], tuple[str, ...]]:
     """Return each block's residual with the values fitted to the others only; and values.
 
     With J the sensitivities of block B and A the normal matrix, leaving B out changes its residual

@@ -18,7 +18,7 @@ from tissue_probe.signals import BoolArray, FloatArray, spans_of
 #: and at the least: of white noise one sample in 26 million is at the worst.
 FAR, NEXT = 5.5, 3.5
 #: And that at once, by this many from a sample to the next: a missing effect comes more slowly.
-EDGE = 2.5
+EDGE_DEVIATIONS = 2.5
 #: Samples in a row at the most, and between two such rows at least.
 LONGEST, APART = 8, 20
 #: Samples around, of which the median is the model's residual, and the spread the noise.
@@ -62,7 +62,7 @@ def outliers(residual: FloatArray, measurement: Measurement) -> BoolArray:
     over = np.pad(_measure_deviation(residual, bridged, measurement), LONGEST)
     found = np.zeros(over.size, dtype=bool)
     for first, stop in _find_lone_rows(over):
-        if min(over[first] - over[first - 1], over[stop - 1] - over[stop]) > EDGE:
+        if min(over[first] - over[first - 1], over[stop - 1] - over[stop]) > EDGE_DEVIATIONS:
             found[first:stop] = True
     return found[LONGEST:-LONGEST] & used
 

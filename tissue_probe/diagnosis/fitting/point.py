@@ -11,17 +11,17 @@ from dataclasses import dataclass
 import numpy as np
 
 from tissue_probe.diagnosis.fitting.effort import count
-from tissue_probe.diagnosis.fitting.problem import Begin, Problem
+from tissue_probe.diagnosis.fitting.problem import Problem, StartPrior
 from tissue_probe.signals import FloatArray
 
 
 @dataclass
-class Point:
+class SearchPoint:
     """Where a search stands: unknowns, cost, and the normal equations there."""
 
     values: FloatArray
     starts: list[FloatArray]
-    begins: list[Begin]
+    begins: list[StartPrior]
     cost: float
     misfits: list[float]
     gradient: FloatArray
@@ -36,7 +36,7 @@ def scale_of(problem: Problem, values: FloatArray) -> FloatArray:
 
 def point_at(
     problem: Problem, values: FloatArray, starts: Sequence[FloatArray], most: float = np.inf
-) -> Point | None:
+) -> SearchPoint | None:
     """Evaluate cost and normal equations; None where the cost exceeds the most, or is infinite."""
     simulated, begins = problem.simulate(values, starts), problem.begin(values)
     count(sensitivity for _, sensitivity in simulated)
@@ -72,4 +72,4 @@ def point_at(
     gradient[drawn] += departure / deviation
     if not np.isfinite(normal).all():
         return None
-    return Point(values, list(starts), begins, cost, misfits, gradient, normal, simulated)
+    return SearchPoint(values, list(starts), begins, cost, misfits, gradient, normal, simulated)

@@ -14,15 +14,15 @@ from tissue_probe.diagnosis.fitting.problem import Problem
 from tissue_probe.diagnosis.observation.chained import NEAR, Chained
 from tissue_probe.diagnosis.observation.instrument import Instrument
 from tissue_probe.diagnosis.observation.measurement import Measurement
-from tissue_probe.diagnosis.observation.motion import Felt, Motion, motion
-from tissue_probe.diagnosis.observation.noise import FAINT, Noise, faint
+from tissue_probe.diagnosis.observation.motion import MotionEstimate, MotionInformation, motion
+from tissue_probe.diagnosis.observation.noise import FAINT_NOISE, Noise, faint
 from tissue_probe.signals import FloatArray
 
 #: How many of the samples before a tip that moves by itself remembers: a resonance has two, and
 #: each relaxing branch beside it has one.
-REMEMBERED = 2
+SAMPLES_REMEMBERED = 2
 #: Errors drawn to tell the taps: of some hundred samples each then tells them to a twentieth.
-DRAWS = 4
+TAP_DRAWS = 4
 
 
 def estimate_motions(fit: Fit) -> list[Measurement]:
@@ -55,15 +55,17 @@ def _has_moved(new: Measurement, old: Measurement) -> bool:
     if old.motion is None:
         return False
     moved = float(np.sqrt(np.mean((new.position - old.position) ** 2)))
-    return moved > FAINT * old.motion.noise
+    return moved > FAINT_NOISE * old.motion.noise
 
 
 def _estimate_motion(
-    measurement: Measurement, known: Motion | None, noise: Noise, residual: FloatArray
+    measurement: Measurement, known: MotionEstimate | None, noise: Noise, residual: FloatArray
 ) -> Measurement:
     if known is None or not isinstance(noise, Chained) or noise.memory.size:
         return measurement
-    shown = Felt(residual, measurement.position, noise.taps, np.hypot(noise.own, noise.beside))
+    shown = MotionInformation(
+        residual, measurement.position, noise.taps, np.hypot(noise.own, noise.beside)
+    )
     told = motion(known.samples, known.noise, shown).surer(known.share)
     return replace(measurement, position=told.position, motion=told, noise=Noise(noise.own))
 
@@ -92,12 +94,12 @@ def add_position_noise(fit: Fit, instrument: Instrument) -> list[Measurement]:
     ]
 
 
-def _noise(problem: Problem, fit: Fit, index: int, motion: Motion) -> Noise:
+def _noise(problem: Problem, fit: Fit, index: int, motion: MotionEstimate) -> Noise:
     measurement, random = fit.measurements[index], np.random.default_rng(0)
     position, white = measurement.position, Noise(measurement.noise.own)
     values, start = fit.values, fit.starts[index]
     right = problem.response(index, position, values, start).output
-    errors = [motion.error(random) for _ in range(DRAWS)]
+    errors = [motion.error(random) for _ in range(TAP_DRAWS)]
     changes = [
         problem.response(index, position + error, values, start).output - right for error in errors
     ]
@@ -106,7 +108,7 @@ def _noise(problem: Problem, fit: Fit, index: int, motion: Motion) -> Noise:
     change = np.concatenate([each[inside] for each in changes])
     if faint(change, white):
         return white
-    rings = REMEMBERED if "free" in problem.kernel.spreads else 0
+    rings = SAMPLES_REMEMBERED if "free" in problem.kernel.spreads else 0
     felt = np.concatenate(
         [
             np.column_stack([_neighbours(error), _before(own, rings)])[inside]

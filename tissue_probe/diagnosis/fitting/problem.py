@@ -30,14 +30,14 @@ FARTHEST = 4.0
 #: Parameters whose bounds span more than this factor are searched by their logarithm.
 LOGARITHMIC = 50.0
 #: The place of the first touch, by name.
-CONTACT = CONTACT_POSITION.name
+CONTACT_NAME = CONTACT_POSITION.name
 #: How far a state may be off at the start at least [m]: at rest without load, or soon forgotten.
-SHORTEST = 1e-8
+LEAST_START = 1e-8
 #: How fast a probe at rest may be [m/s].
-RESTING = 1e-4
+RESTING_SPEED = 1e-4
 
 
-class Begin(NamedTuple):
+class StartPrior(NamedTuple):
     """The prior of the states at a first sample: mean and precision.
 
     ``precision``, shape (n, n), is the inverse of their covariance.
@@ -159,14 +159,14 @@ class Problem:
         """
         zeros = {effect.zero for effect in self.composition.all_effects} - {""}
         self._hold(np.flatnonzero(np.isin(self.runs.meanings, list(zeros))), 0.0)
-        contact, numbers = self.composition.kernel.values.index(CONTACT), self.runs.numbers
+        contact, numbers = self.composition.kernel.values.index(CONTACT_NAME), self.runs.numbers
         for number in range(self.runs.count):
             pairs = zip(self.measurements, numbers, strict=True)
             positions = np.concatenate([each.position for each, run in pairs if run == number])
             place = self.runs.places[numbers.index(number)][contact]
             self.nominal[place], self.deviation[place] = np.min(positions), np.ptp(positions)
 
-    def begin(self, values: FloatArray) -> list[Begin]:
+    def begin(self, values: FloatArray) -> list[StartPrior]:
         """Return the prior of the states at the start of each measurement."""
         begins = []
         for index, measurement in enumerate(self.measurements):
@@ -182,29 +182,29 @@ class Problem:
             if not still:  # all that moves goes with the coil
                 z[[spread == "speed" for spread in self.kernel.spreads]] = measurement.first_speed
             scale = self.composition.scale
-            shortest = SHORTEST * scale.length
+            shortest = LEAST_START * scale.length
             length = loaded + shortest if still else depth
             spreads = {
                 **dict(zip(self.kernel.values, map(float, own), strict=True)),
                 "free": depth,
                 "length": length,
                 "branch": length,
-                "speed": RESTING * scale.of("m/s") if still else 2 * extent.speed,
+                "speed": RESTING_SPEED * scale.of("m/s") if still else 2 * extent.speed,
                 "none": 2 * measurement.noise.own,
-                "input2": float(np.ptp(second)) + SHORTEST,
+                "input2": float(np.ptp(second)) + LEAST_START,
             }
             deviation = np.array([spreads[name] for name in self.kernel.spreads])
             if not still:  # a branch holds its memory times the speed
                 felt = np.maximum(extent.speed / rates[forgetting], shortest)
                 deviation[forgetting] = np.minimum(deviation[forgetting], felt)
-            begins.append(Begin(z, deviation, alike / np.multiply.outer(deviation, deviation)))
+            begins.append(StartPrior(z, deviation, alike / np.multiply.outer(deviation, deviation)))
         return begins
 
     def _indentation(self, values: FloatArray, z: FloatArray, position: float) -> float:
         """Indentation at the start: a state where the load cell yields, else the coil's place."""
         if "free" in self.kernel.spreads:
             return float(z[self.kernel.spreads.index("free")])
-        return float(position - values[self.kernel.values.index(CONTACT)])
+        return float(position - values[self.kernel.values.index(CONTACT_NAME)])
 
     def simulate(
         self, values: FloatArray, starts: Sequence[FloatArray]

@@ -12,12 +12,12 @@ from scipy.linalg.lapack import dposv
 
 from tissue_probe.diagnosis.fitting.fit import Fit
 from tissue_probe.diagnosis.fitting.outcome import finish_fit
-from tissue_probe.diagnosis.fitting.point import Point, point_at
+from tissue_probe.diagnosis.fitting.point import SearchPoint, point_at
 from tissue_probe.diagnosis.fitting.problem import FARTHEST, Problem
 from tissue_probe.diagnosis.sharing import Numbers
 from tissue_probe.signals import BoolArray, FloatArray
 
-MOST_STEPS = 40
+SEARCH_STEPS = 40
 #: The cost counts as settled where a step lowers it by less than this share, or this much.
 SETTLED_SHARE, SETTLED = 1e-5, 0.02
 #: A step that is damped by more gains little because it is short, and settles nothing.
@@ -31,7 +31,7 @@ LEAST_EXCESS = 0.04
 #: And none in so many first steps that are damped by more than this: as it falls they gain more.
 FIRST, DAMPED = 10, 0.3
 #: Share of its promise that a step is expected to gain, where the last gained less: at a bend.
-KEPT = 0.4
+PROMISE_KEPT = 0.4
 #: Share to which damping falls after a step; and after one that follows a refused one: it falls
 #: faster with each, since in a valley a refused step will be refused again.
 EASE, CAREFUL = 0.1, 0.7
@@ -41,7 +41,7 @@ DRAWN, PRESSED = 0.25, 1.1
 
 
 def _solve(
-    problem: Problem, point: Point, damping: float
+    problem: Problem, point: SearchPoint, damping: float
 ) -> tuple[FloatArray, list[FloatArray], float]:
     """Return values and starts after one damped Gauss-Newton step, and the cost it promises.
 
@@ -82,7 +82,7 @@ def _solution(matrix: FloatArray, right: FloatArray) -> FloatArray:
     return np.linalg.lstsq(matrix, right, rcond=1e-13)[0] if failed else solution
 
 
-def _bounds(problem: Problem, point: Point) -> tuple[FloatArray, FloatArray]:
+def _bounds(problem: Problem, point: SearchPoint) -> tuple[FloatArray, FloatArray]:
     """Return how far values may go, and starts where the probe is not at rest.
 
     Where it is, coarse steps of the encoder may hide how far from rest it seems to begin; but a
@@ -172,11 +172,11 @@ def search(
         return None if point is None else _descend(problem, point, bar or Bar())
 
 
-def _descend(problem: Problem, point: Point, bar: Bar) -> Fit:
+def _descend(problem: Problem, point: SearchPoint, bar: Bar) -> Fit:
     damping, ease, settled, gain = 1e-3, EASE, False, np.inf
-    for step in range(MOST_STEPS):
+    for step in range(SEARCH_STEPS):
         values, starts, promised = _solve(problem, point, damping)
-        hoped = max(gain, KEPT * (point.cost - promised))
+        hoped = max(gain, PROMISE_KEPT * (point.cost - promised))
         judged = damping < DAMPED or step >= FIRST
         if judged and bar.out_of_reach(point.cost, hoped):
             break
@@ -200,12 +200,12 @@ def _descend(problem: Problem, point: Point, bar: Bar) -> Fit:
     return finish_fit(problem, point, settled)
 
 
-def _least(point: Point) -> float:
+def _least(point: SearchPoint) -> float:
     """Return the gain below which a cost counts as settled."""
     return max(SETTLED_SHARE * point.cost, SETTLED)
 
 
-def _is_lowest(problem: Problem, point: Point) -> bool:
+def _is_lowest(problem: Problem, point: SearchPoint) -> bool:
     """Whether a step that is not damped would gain little.
 
     Along a valley that only a tolerance of the rig closes a damped step goes hardly anywhere; and

@@ -18,21 +18,21 @@ from tissue_probe.diagnosis.fitting.fit import Fit
 from tissue_probe.diagnosis.fitting.problem import Problem
 from tissue_probe.diagnosis.observation.instrument import Instrument
 from tissue_probe.diagnosis.observation.measurement import Measurement
-from tissue_probe.diagnosis.observation.motion import Motion
+from tissue_probe.diagnosis.observation.motion import MotionEstimate
 from tissue_probe.signals import BoolArray
 
 #: Errors drawn: a sample that switches in a fifth of them is found in 97 of 100 cases.
-DRAWS = 16
+ERRORS_DRAWN = 16
 #: A change of the output stands out by so many times the usual change: of normal errors one in
 #: 15,000.
-STANDS_OUT = 4.0
+CHANGE_STANDS_OUT = 4.0
 #: Share of the samples that are left out at the most: the others must tell the tissue.
-MOST = 0.5
+MOST_LEFT_OUT = 0.5
 
 
 def without_undecided(fit: Fit, instrument: Instrument) -> list[Measurement] | None:
     """Return the measurements of a fit without such samples; None where there are none."""
-    return fit.without(find_undecided(fit, instrument), MOST)
+    return fit.without(find_undecided(fit, instrument), MOST_LEFT_OUT)
 
 
 def find_undecided(fit: Fit, instrument: Instrument) -> list[BoolArray]:
@@ -47,7 +47,9 @@ def find_undecided(fit: Fit, instrument: Instrument) -> list[BoolArray]:
     return found
 
 
-def _find_undecided_samples(problem: Problem, fit: Fit, index: int, motion: Motion) -> BoolArray:
+def _find_undecided_samples(
+    problem: Problem, fit: Fit, index: int, motion: MotionEstimate
+) -> BoolArray:
     """Return the samples whose output changes far more than usual with the position's noise.
 
     Errors are as large as the samples leave them possible: that they are smaller elsewhere tells
@@ -57,9 +59,9 @@ def _find_undecided_samples(problem: Problem, fit: Fit, index: int, motion: Moti
     position, random = measurement.position, np.random.default_rng(0)
     values, start = fit.values, fit.starts[index]
     right = problem.response(index, position, values, start).output
-    errors = (possible.error(random) for _ in range(DRAWS))
+    errors = (possible.error(random) for _ in range(ERRORS_DRAWN))
     changes = np.abs(
         [problem.response(index, position + each, values, start).output - right for each in errors]
     )
     usual = np.hypot(np.quantile(changes, 0.68), measurement.noise.own)
-    return binary_dilation(changes.max(axis=0) > STANDS_OUT * usual)
+    return binary_dilation(changes.max(axis=0) > CHANGE_STANDS_OUT * usual)

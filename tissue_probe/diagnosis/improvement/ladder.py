@@ -33,7 +33,7 @@ Progress = Callable[[str], None]
 """Called with the step under way."""
 
 #: Effects in all.
-MOST = 3
+MOST_EFFECTS = 3
 #: One of several effects must alone remove this share of the excess over the noise: among the few
 #: lines of a steady motion several that alone explain nothing can make up for any.
 LEADING = 0.2
@@ -122,7 +122,7 @@ def _steps(queue: Queue, single: Fit, leading: list[Fit], progress: Progress) ->
     hardly more than noise.
     """
     steps, sources = [single], rank_fits(queue.base, leading)
-    for count in range(2, MOST + 1):
+    for count in range(2, MOST_EFFECTS + 1):
         if is_enough(steps[-1]) or (count > 2 and excess_of(steps[-1]) <= 1.0):
             break
         names = steps[-1].composition.names[len(queue.base.composition.names) :]

@@ -13,7 +13,7 @@ import numpy as np
 from tissue_probe.diagnosis.evidence.posterior import evidence, promised_evidence
 from tissue_probe.diagnosis.fitting.fit import Fit
 from tissue_probe.diagnosis.observation.instrument import Instrument
-from tissue_probe.diagnosis.ranking.candidate import SAME, list_shared_objects
+from tissue_probe.diagnosis.ranking.candidate import SAME_COST, list_shared_objects
 from tissue_probe.diagnosis.ranking.candidates import fit_candidates, forms, refit
 from tissue_probe.diagnosis.ranking.rules import exclude
 from tissue_probe.diagnosis.ranking.screen import Promise, screen_effects
@@ -202,7 +202,7 @@ class Moves:
 
 def is_elsewhere(fit: Fit, known: Fit | None) -> bool:
     """Whether a fit of the same effects ended at another place than the one that is known."""
-    return known is None or not 1.0 / SAME < fit.cost / known.cost < SAME
+    return known is None or not 1.0 / SAME_COST < fit.cost / known.cost < SAME_COST
 
 
 def better(fit: Fit, known: Fit | None, base: Fit) -> bool:

@@ -23,9 +23,9 @@ from tissue_probe.diagnosis.improvement.moves import (
 )
 
 #: Moves that are made at once: each process makes two.
-AT_ONCE = 4
+MOVES_AT_ONCE = 4
 #: Models to which one more effect is sought at once: the moves of all of them are compared.
-WIDTH = 8
+MODELS_AT_ONCE = 8
 #: Responses after which no further move is made: on a record of 2 s they take some five seconds.
 BUDGET = 10_000
 
@@ -98,8 +98,8 @@ class Queue:
                 elif best is not None and self._extend_in_turn(best):
                     continue
                 elif sources:
-                    self._extend(sources[:WIDTH])
-                    sources = sources[WIDTH:]
+                    self._extend(sources[:MODELS_AT_ONCE])
+                    sources = sources[MODELS_AT_ONCE:]
                 else:
                     break
             self.curtailed |= self._is_spent()
@@ -121,7 +121,7 @@ class Queue:
                 few.setdefault(move.names, move)
         fewer = self.best(count - 1)
         alike = [move for move in few.values() if fewer and self._has_parts_of(move, fewer)]
-        chosen = alike[:AT_ONCE] or self._various(self._of_one_kind(few.values()))
+        chosen = alike[:MOVES_AT_ONCE] or self._various(self._of_one_kind(few.values()))
         self._waiting = [move for move in self._waiting if move not in chosen]
         self._tried.update(move.kind for move in chosen)
         return chosen
@@ -149,7 +149,7 @@ class Queue:
         for place, move in enumerate(moves):
             order.append((tried[move.kind], place))
             tried[move.kind] += 1
-        return [moves[place] for _, place in sorted(order)[:AT_ONCE]]
+        return [moves[place] for _, place in sorted(order)[:MOVES_AT_ONCE]]
 
     def _is_open(self, move: Move) -> bool:
         """Whether a move promises more than its effects reached from other sides, and than none.

@@ -21,7 +21,7 @@ from tissue_probe.signals import FloatArray
 
 
 @dataclass(frozen=True)
-class Channel:
+class InspectedChannel:
     """Values of one channel, shape (n,), at least 12, finite; in any unit."""
 
     name: str

@@ -14,7 +14,7 @@ from tissue_probe.signals import FloatArray
 
 _WINDOW, _DEGREE = 9, 4  # of the smoothing polynomial
 _TINY = 1e-12  # of a signal that spans 1: a straight line has no more left
-_BRANCHES = 6  # two a decade and more, from the record's length down
+_FORGETTING_RATES = 6  # two a decade and more, from the record's length down
 _COLLINEAR = 0.97  # a sine's acceleration is its position turned round
 
 
@@ -115,7 +115,9 @@ def left_by_passive(position: FloatArray, force: FloatArray, sample_period: floa
     from scipy.optimize import nnls  # takes long to import, and is asked of doubtful records only
 
     derivatives = [smooth_values(position, _WINDOW, _DEGREE, k, sample_period) for k in range(3)]
-    forgetting = np.exp(-np.geomspace(1.0, position.size / _BRANCHES, _BRANCHES) / position.size)
+    forgetting = np.exp(
+        -np.geomspace(1.0, position.size / _FORGETTING_RATES, _FORGETTING_RATES) / position.size
+    )
     moves = np.diff(derivatives[0], prepend=derivatives[0][0])
     ages = np.arange(position.size)
     branches = [correlation(moves, (a**ages)[::-1])[: position.size] for a in forgetting]

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from tissue_probe.diagnosis.inspection.touch import FELT, FEWEST, FLAT
+from tissue_probe.diagnosis.inspection.touch import FELT, FEWEST_IN_SLOPE, FLAT
 from tissue_probe.diagnosis.transforms import without_line
 from tissue_probe.signals import FloatArray
 
@@ -43,7 +43,7 @@ def touch_within(position: FloatArray, force: FloatArray, noise: float) -> float
         # A tissue of the mean slope is felt there, unless it is not touched yet.
         seen = slack * float(np.ptp(force)) / travel > EVIDENT * FELT * noise
         return slack if seen else 0.0
-    if np.count_nonzero(there) < FEWEST or _grows(position, force, there):
+    if np.count_nonzero(there) < FEWEST_IN_SLOPE or _grows(position, force, there):
         return np.inf
     varies = float(np.std(without_line(force[there])))
     return np.inf if varies > VARIES * noise else 0.0

@@ -14,7 +14,7 @@ from tissue_probe.signals import BoolArray, FloatArray, spans_of
 #: Share of a cubic through the neighbours that each of them has.
 _CUBIC = np.array([-1.0, 4.0, 0.0, 4.0, -1.0]) / 6.0
 #: A value stands out that is off by so many times the usual deviation around it.
-_ALONE = 12.0
+_LONE_DEVIATIONS = 12.0
 _AROUND = 101  # samples
 #: The neighbours of a single one are off by shares of its deviation between these.
 _BEND, _STEP = 0.55, 0.8
@@ -71,7 +71,7 @@ def turning_sharply(values: FloatArray) -> BoolArray:
     """Tell the samples that are off the cubic through two neighbours to either side."""
     off = np.abs(_off(values))
     usual = np.maximum(np.median(off) / 0.67, percentile_filter(off, 75, _AROUND) / 1.15)
-    return off > _ALONE * usual
+    return off > _LONE_DEVIATIONS * usual
 
 
 def _off(values: FloatArray) -> FloatArray:
@@ -105,7 +105,7 @@ def _rows(values: FloatArray, large: float) -> list[tuple[int, int]]:
         # A copy in one piece, which is multiplied several times faster than the view.
         row = np.ascontiguousarray(windows) @ departures[_SIDE:-_SIDE].T
         inside = np.sqrt(np.mean(row**2, axis=1))
-        far = (inside > large) & (inside > _ALONE * np.median(inside) / 0.93)
+        far = (inside > large) & (inside > _LONE_DEVIATIONS * np.median(inside) / 0.93)
         if not far.any():
             continue  # the most records
         beside = np.abs(windows @ np.delete(departures, np.s_[_SIDE:-_SIDE], axis=0).T).max(axis=1)
@@ -113,9 +113,9 @@ def _rows(values: FloatArray, large: float) -> list[tuple[int, int]]:
         clear = far & (beside < _SHARE * inside) & (ends > _ABRUPT * inside)
         for place in map(int, np.flatnonzero(clear)):
             usual, quiet = (_usual(each, place) for each in (inside, beside))
-            stands_out = inside[place] > _ALONE * usual and beside[place] < _QUIET * quiet
+            stands_out = inside[place] > _LONE_DEVIATIONS * usual and beside[place] < _QUIET * quiet
             if stands_out and not _is_bend(windows[place], inside[place]):
-                explained = length * (inside[place] ** 2 - (0.4 * _ALONE * usual) ** 2)
+                explained = length * (inside[place] ** 2 - (0.4 * _LONE_DEVIATIONS * usual) ** 2)
                 found.append((explained, place + _SIDE, place + _SIDE + length))
     taken = np.zeros(values.size, dtype=bool)
     for _, first, stop in sorted(found, reverse=True):

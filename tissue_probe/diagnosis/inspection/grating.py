@@ -10,9 +10,9 @@ from tissue_probe.signals import FloatArray
 #: looked at: the periods that can be told apart are too many.
 FINE, WIDE, MANY = 4e-6, 2e-4, 100
 #: Samples in a row that tell it.
-ENOUGH = 2000
+SAMPLES_IN_A_ROW = 2000
 #: Differences of this order leave noise, and nothing of a motion that is sampled well.
-ORDER = 6
+GRATING_ORDER = 6
 #: A value that exceeds the median by this factor is no noise, and no error of a grating.
 CORNER = 8.0
 #: Share of the roughness from which it is the encoder's: of noise hardly any repeats.
@@ -29,9 +29,9 @@ def repeats(position: FloatArray, place: FloatArray, scale: float = 1.0) -> floa
     scale : float
         How many times larger than usual lengths are.
     """
-    position, place = position[:ENOUGH] / scale, place[:ENOUGH] / scale
+    position, place = position[:SAMPLES_IN_A_ROW] / scale, place[:SAMPLES_IN_A_ROW] / scale
     travel = float(np.ptp(place))
-    rough = np.diff(position, ORDER)
+    rough = np.diff(position, GRATING_ORDER)
     # A corner of the motion stands out, and is passed at one place.
     usual = np.abs(rough) <= CORNER * np.median(np.abs(rough))
     rough = rough[usual]
@@ -44,7 +44,7 @@ def repeats(position: FloatArray, place: FloatArray, scale: float = 1.0) -> floa
     half, most = np.exp(1j * np.pi * place / travel), 0.0
     wave = np.exp(2j * np.pi * waves[0] * place / travel)
     for _ in waves:
-        changes = np.diff(wave, ORDER)[usual]
+        changes = np.diff(wave, GRATING_ORDER)[usual]
         sines = np.stack([changes.imag, changes.real])
         told = sines @ rough
         most = max(most, float(told @ np.linalg.lstsq(sines @ sines.T, told, rcond=None)[0]))

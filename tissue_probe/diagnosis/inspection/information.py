@@ -9,11 +9,11 @@ import numpy as np
 
 from tissue_probe.signals import BoolArray, FloatArray
 
-ENOUGH = 0.1
+ENOUGH_DEVIATION = 0.1
 """Standard deviation of the stiffness beside force over position at which samples tell enough: two
 of them then tell a tissue from one half as stiff again."""
 
-FEWEST = 64
+FEWEST_IN_RESIDUAL = 64
 """Fewer samples leave a residual that cannot be judged: eight blocks of eight are held out of it,
 as spectra of it are averaged over eight segments."""
 
@@ -36,13 +36,13 @@ def stiffness_deviation(
     known : array of bool, shape (n,), optional
         Which count; by default all.
     """
-    if position.size < FEWEST:
+    if position.size < FEWEST_IN_RESIDUAL:
         return np.inf
     speed = np.gradient(position, sample_period)
     chosen = slice(None) if known is None else known
     columns = [_of_size_one(column[chosen]) for column in (position, speed, force)]
     scales = [float(np.std(column)) for column in columns]
-    if columns[0].size < FEWEST or not scales[0] > 0.0 or not scales[1] > 0.0:
+    if columns[0].size < FEWEST_IN_RESIDUAL or not scales[0] > 0.0 or not scales[1] > 0.0:
         return np.inf
     if not scales[2] > 0.0:
         return 0.0  # no force: that is known exactly, and is told otherwise

@@ -10,11 +10,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tissue_probe.diagnosis.inspection.channel import Channel
+from tissue_probe.diagnosis.inspection.channel import InspectedChannel
 from tissue_probe.diagnosis.inspection.finding import Finding
 from tissue_probe.diagnosis.inspection.information import (
-    ENOUGH,
-    FEWEST,
+    ENOUGH_DEVIATION,
+    FEWEST_IN_RESIDUAL,
     stiffness_deviation,
 )
 from tissue_probe.diagnosis.inspection.response_checks import check_response, check_size
@@ -107,9 +107,9 @@ def inspect(
     findings = list(_check_known(known, sample_period))
     if time is not None:
         findings += check_times(np.asarray(time, dtype=np.float64), sample_period)
-    if np.count_nonzero(known) < FEWEST:
+    if np.count_nonzero(known) < FEWEST_IN_RESIDUAL:
         return Inspection(tuple(findings))
-    u, f = (Channel(*named) for named in _bridge_missing(position, force, known))
+    u, f = (InspectedChannel(*named) for named in _bridge_missing(position, force, known))
     findings += _check_information(u, f, known, sample_period)
     if beyond := list(check_size(u, f)):
         return Inspection((*findings, *beyond))
@@ -123,7 +123,7 @@ def inspect(
 
 def _check_known(known: np.ndarray, sample_period: float) -> Iterator[Finding]:
     count = int(np.count_nonzero(known))
-    if count < FEWEST:
+    if count < FEWEST_IN_RESIDUAL:
         yield Finding("too_short", _too_short(count, sample_period, "nothing"), fatal=True)
     if missing := known.size - count:
         share = missing / known.size
@@ -137,11 +137,11 @@ def _check_known(known: np.ndarray, sample_period: float) -> Iterator[Finding]:
 
 
 def _check_information(
-    position: Channel, force: Channel, known: np.ndarray, sample_period: float
+    position: InspectedChannel, force: InspectedChannel, known: np.ndarray, sample_period: float
 ) -> Iterator[Finding]:
     """Yield ``too_short`` where the samples of something that moves do not tell its stiffness."""
     deviation = stiffness_deviation(position.values, force.values, sample_period, known)
-    if position.span > 0.0 and deviation > ENOUGH:
+    if position.span > 0.0 and deviation > ENOUGH_DEVIATION:
         share = f"the stiffness to {100.0 * deviation:.0f} % of force over position only"
         said = share if np.isfinite(deviation) else "nothing"
         count = int(np.count_nonzero(known))

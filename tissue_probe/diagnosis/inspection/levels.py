@@ -9,7 +9,7 @@ import numpy as np
 
 from tissue_probe.signals import FloatArray
 
-_SHARE = 0.95  # of the differences between levels must be whole steps
+_LEVEL_SHARE = 0.95  # of the differences between levels must be whole steps
 _MANY = 20  # differences that do not all fit a wrong step by chance
 _FUZZ = 8.0  # units in the last place that rounding leaves between equal levels
 
@@ -66,4 +66,4 @@ def _fits(differences: FloatArray, step: float, largest: float) -> bool:
     multiples = differences / step
     tolerance = 0.01 + _FUZZ * np.spacing(largest) / step
     whole = np.abs(multiples - np.rint(multiples)) < tolerance
-    return bool(tolerance < 0.05 and whole.mean() >= _SHARE)
+    return bool(tolerance < 0.05 and whole.mean() >= _LEVEL_SHARE)

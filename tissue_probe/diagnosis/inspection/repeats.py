@@ -17,28 +17,28 @@ from numpy.typing import NDArray
 from scipy.special import erf
 
 from tissue_probe.diagnosis.chance import binomial_from
-from tissue_probe.diagnosis.inspection.channel import Channel
+from tissue_probe.diagnosis.inspection.channel import InspectedChannel
 from tissue_probe.signals import FloatArray, IntArray
 
-CHANCE = 1e-4
+RARE_CHANCE = 1e-4
 """A pattern that comes more rarely than this by chance, in the whole record, is none of chance."""
 
 GENTLE = 0.3
 """A move by less than this share of the seeming noise, next to larger ones, is smooth."""
 
-SHORTEST = 3  # equal samples in a row that count as a run
+SHORTEST_REPEAT = 3  # equal samples in a row that count as a run
 
 
 @dataclass(frozen=True)
-class Runs:
+class EqualRuns:
     """Runs of equal samples: where each begins, and how many samples it has; shape (k,)."""
 
     first: IntArray
     length: IntArray
 
-    def __getitem__(self, chosen: NDArray[np.bool_]) -> Runs:
+    def __getitem__(self, chosen: NDArray[np.bool_]) -> EqualRuns:
         """Select runs by a mask."""
-        return Runs(self.first[chosen], self.length[chosen])
+        return EqualRuns(self.first[chosen], self.length[chosen])
 
     def spans(self) -> tuple[tuple[int, int], ...]:
         """Return (first, stop) of each."""
@@ -48,15 +48,17 @@ class Runs:
         )
 
 
-def runs(values: FloatArray) -> Runs:
+def runs(values: FloatArray) -> EqualRuns:
     """Return the runs of at least 3 equal samples."""
     bounds = np.flatnonzero(np.diff(values) != 0.0) + 1
     first = np.concatenate([[0], bounds])
     length = np.diff(np.concatenate([first, [values.size]]))
-    return Runs(first, length)[length >= SHORTEST]
+    return EqualRuns(first, length)[length >= SHORTEST_REPEAT]
 
 
-def find_clipped(channel: Channel, other: Channel) -> list[tuple[float, Runs]]:
+def find_clipped(
+    channel: InspectedChannel, other: InspectedChannel
+) -> list[tuple[float, EqualRuns]]:
     """Return the limits at which a channel was cut off, each with its runs there.
 
     Noise makes the extreme value a rare one: then pairs of neighbours that share it are counted
@@ -81,7 +83,7 @@ def find_clipped(channel: Channel, other: Channel) -> list[tuple[float, Runs]]:
     return found
 
 
-def find_stuck(channel: Channel, other: Channel) -> Runs:
+def find_stuck(channel: InspectedChannel, other: InspectedChannel) -> EqualRuns:
     """Return the runs in which a channel repeated a value instead of measuring.
 
     Parameters
@@ -93,13 +95,13 @@ def find_stuck(channel: Channel, other: Channel) -> Runs:
     by_chance = np.zeros(equal.first.size, dtype=bool)
     if channel.noisy:
         by_chance = (
-            channel.values.size * _equal_neighbours(channel) ** (equal.length - 1.0) < CHANCE
+            channel.values.size * _equal_neighbours(channel) ** (equal.length - 1.0) < RARE_CHANCE
         )
         by_chance &= ~_turns(channel, equal)
     return equal[(by_chance | _jumps(channel, equal)) & _moves(other, equal)]
 
 
-def _turns(channel: Channel, equal: Runs) -> NDArray[np.bool_]:
+def _turns(channel: InspectedChannel, equal: EqualRuns) -> NDArray[np.bool_]:
     """Mark runs that a motion comes to and leaves gently: the seeming noise elsewhere is none.
 
     That is by one step, or by no more than it moves beyond.
@@ -122,22 +124,22 @@ def _turns(channel: Channel, equal: Runs) -> NDArray[np.bool_]:
     return turns
 
 
-def _equal_neighbours(channel: Channel) -> float:
+def _equal_neighbours(channel: InspectedChannel) -> float:
     return float(erf(channel.grain / (2.0 * np.sqrt(2.0) * channel.noise)))
 
 
-def _rare_pairs(channel: Channel, limit: float, there: Runs) -> bool:
+def _rare_pairs(channel: InspectedChannel, limit: float, there: EqualRuns) -> bool:
     """Whether neighbours share the limit more often than noise has them."""
     at_limit = int(np.count_nonzero(channel.values == limit))
     pairs = int(np.sum(there.length - 1))
     # The extreme of noise lies in its tail, where a second is at most half as likely as usual ...
-    rare = binomial_from(pairs, at_limit, 0.5 * _equal_neighbours(channel)) < CHANCE
+    rare = binomial_from(pairs, at_limit, 0.5 * _equal_neighbours(channel)) < RARE_CHANCE
     # ... and no step of a tail has more samples than the step before it.
     inside = np.abs(channel.values - limit) < 1.5 * channel.step
-    return rare or binomial_from(at_limit, int(np.count_nonzero(inside)), 0.5) < CHANCE
+    return rare or binomial_from(at_limit, int(np.count_nonzero(inside)), 0.5) < RARE_CHANCE
 
 
-def _corners(channel: Channel, other: Channel, there: Runs) -> bool:
+def _corners(channel: InspectedChannel, other: InspectedChannel, there: EqualRuns) -> bool:
     """Whether a channel without noise comes to a limit, and leaves it, as only clipping does.
 
     A parabola that stays within one step for L samples has, 2 samples outside, a slope of at most
@@ -149,10 +151,10 @@ def _corners(channel: Channel, other: Channel, there: Runs) -> bool:
     before, after = _slopes(channel.values, there)
     smooth = 8.0 * (there.length / 2.0 + 2.0) / there.length**2.0
     fast = np.minimum(before, after) > (3.0 * smooth + 0.25) * step
-    return bool(np.any(fast & (there.length > SHORTEST) & _moves(other, there)))
+    return bool(np.any(fast & (there.length > SHORTEST_REPEAT) & _moves(other, there)))
 
 
-def _jumps(channel: Channel, equal: Runs) -> NDArray[np.bool_]:
+def _jumps(channel: InspectedChannel, equal: EqualRuns) -> NDArray[np.bool_]:
     """Mark runs that end by a jump over the motion that the neighbours say was missed.
 
     The jump is larger than the steps about it, as L samples were missed; but not larger than L such
@@ -171,7 +173,7 @@ def _jumps(channel: Channel, equal: Runs) -> NDArray[np.bool_]:
         return (jump > least) & (jump > 2.5 * slope) & (jump < 4.0 * (equal.length + 1) * slope)
 
 
-def _slopes(values: FloatArray, equal: Runs, skip: int = 0) -> tuple[FloatArray, FloatArray]:
+def _slopes(values: FloatArray, equal: EqualRuns, skip: int = 0) -> tuple[FloatArray, FloatArray]:
     """Return the mean change a sample over the 4 samples before and after each run, unsigned.
 
     NaN where the record has no so many; ``skip`` samples next to the run's end are left out.
@@ -185,7 +187,7 @@ def _slopes(values: FloatArray, equal: Runs, skip: int = 0) -> tuple[FloatArray,
     return before, after
 
 
-def _moves(other: Channel, equal: Runs) -> NDArray[np.bool_]:
+def _moves(other: InspectedChannel, equal: EqualRuns) -> NDArray[np.bool_]:
     """Mark runs during which the other channel does not stand still."""
     least = max(3.0 * other.step, 8.0 * other.noise, 1e-4 * other.span)
     return np.array(

@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterator
 
 import numpy as np
 
-from tissue_probe.diagnosis.inspection.channel import Channel
+from tissue_probe.diagnosis.inspection.channel import InspectedChannel
 from tissue_probe.diagnosis.inspection.coarse_response import (
     CoarseResponse,
     best_lag,
@@ -21,7 +21,7 @@ from tissue_probe.diagnosis.inspection.finding import Finding
 from tissue_probe.physics.kinds import LONGEST_DELAY, MOST_EARLY
 from tissue_probe.quantities import POSITION, Quantity
 
-LEFT = 0.25
+UNEXPLAINED_SHARE = 0.25
 """Share of the force (rms) that the right lag leaves unexplained at the most, and none at least."""
 
 BETTER = 0.5
@@ -40,11 +40,11 @@ STIFFEST, SOFTEST = 1e6, 1.0
 HUGE = 1e30
 """Position [m] or force [N] of nothing that is measured; nor is its inverse."""
 
-WIDEST = 0.5
+WIDEST_TRAVEL = 0.5
 """Travel of no probe [m]."""
 
 
-def check_size(position: Channel, force: Channel) -> Iterator[Finding]:
+def check_size(position: InspectedChannel, force: InspectedChannel) -> Iterator[Finding]:
     """Yield ``suspicious_units`` of values with which nothing can be computed."""
     for channel in (position, force):
         largest = np.abs(channel.values).max()
@@ -66,8 +66,8 @@ FEW_A_CYCLE = (
 
 
 def check_response(
-    position: Channel,
-    force: Channel,
+    position: InspectedChannel,
+    force: InspectedChannel,
     sample_period: float,
     times: float = 1.0,
     drives: Quantity = POSITION,
@@ -87,7 +87,7 @@ def check_response(
         yield found
 
 
-def _cycle(position: Channel) -> float:
+def _cycle(position: InspectedChannel) -> float:
     """Return how many samples a cycle of the strongest oscillation has."""
     values = position.values - position.values.mean()
     strongest = int(np.argmax(np.abs(np.fft.rfft(values * np.hanning(values.size)))))
@@ -95,7 +95,11 @@ def _cycle(position: Channel) -> float:
 
 
 def _response(
-    position: Channel, force: Channel, sample_period: float, times: float, drives: Quantity
+    position: InspectedChannel,
+    force: InspectedChannel,
+    sample_period: float,
+    times: float,
+    drives: Quantity,
 ) -> Iterator[Finding]:
     yield from _check_units(position, force)
     if np.std(force.values) < 1.3 * force.noise:
@@ -129,13 +133,13 @@ def _response(
     )
 
 
-def _ends_pressed(channel: Channel) -> int:
+def _ends_pressed(channel: InspectedChannel) -> int:
     """Return 1 or -1 where a record ends far above or below where it begins; else 0."""
     moved = float(np.mean(channel.values[-ENDS:]) - channel.values[0])
     return int(np.sign(moved)) if abs(moved) > HALF * channel.span else 0
 
 
-def _check_units(position: Channel, force: Channel) -> Iterator[Finding]:
+def _check_units(position: InspectedChannel, force: InspectedChannel) -> Iterator[Finding]:
     stiffness = np.std(force.values / force.span) / np.std(position.values / position.span)
     stiffness *= force.span / position.span
     if not SOFTEST < stiffness < STIFFEST:
@@ -144,7 +148,7 @@ def _check_units(position: Channel, force: Channel) -> Iterator[Finding]:
             f"Force over position is {stiffness:.3g} N/m, which hardly any tissue has: are they in "
             "newtons and metres? State the units.",
         )
-    elif position.span > WIDEST:
+    elif position.span > WIDEST_TRAVEL:
         yield Finding(
             "suspicious_units",
             f"The position moves over {position.span:.3g} m, more than a probe can: is it in "
@@ -152,21 +156,21 @@ def _check_units(position: Channel, force: Channel) -> Iterator[Finding]:
         )
 
 
-def _lag(both, found: CoarseResponse, force: Channel, sample_period: float) -> int:
+def _lag(both, found: CoarseResponse, force: InspectedChannel, sample_period: float) -> int:
     """Return a lag [samples] that explains the force far better than none; 0 if none does."""
     longest = int(min(LONGEST_LAG / sample_period, force.values.size / 8))
     lag = best_lag(both, longest)
     # A lag that may be fitted as a delay is an effect.
-    if -MOST_EARLY < lag * sample_period < LONGEST_DELAY or found.unexplained < LEFT:
+    if -MOST_EARLY < lag * sample_period < LONGEST_DELAY or found.unexplained < UNEXPLAINED_SHARE:
         return 0  # without a lag they belong together, too: damping passes for one of milliseconds
     shifted = coarse_response(both, lag)
     passive = shifted.stiffness * shifted.damping > 0.0
-    right = shifted.unexplained < min(0.5 * found.unexplained, LEFT)
+    right = shifted.unexplained < min(0.5 * found.unexplained, UNEXPLAINED_SHARE)
     return lag if passive and right else 0
 
 
 def _measure_unexplained(
-    position: Channel, force: Channel, sample_period: float
+    position: InspectedChannel, force: InspectedChannel, sample_period: float
 ) -> tuple[float, float]:
     """Return the share of the force that nothing passive explains, with its sign and the other."""
     return tuple(
@@ -199,9 +203,9 @@ def _check_sign(
     inertia = -found.stiffness * scale / (2.0 * np.pi * found.frequency) ** 2
     floats = _floats(found)
     wrong = gives_energy or pulls
-    if found.unexplained > LEFT:
+    if found.unexplained > UNEXPLAINED_SHARE:
         given, other = left()
-        wrong = other < (given if wrong else min(BETTER * given, LEFT))
+        wrong = other < (given if wrong else min(BETTER * given, UNEXPLAINED_SHARE))
     if wrong or (floats and inertia > 0.3):
         yield Finding(
             "wrong_polarity",

@@ -9,14 +9,14 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from tissue_probe.diagnosis.inspection.channel import Channel
+from tissue_probe.diagnosis.inspection.channel import InspectedChannel
 from tissue_probe.diagnosis.inspection.disturbances import LONGEST
 from tissue_probe.diagnosis.inspection.finding import Finding
 from tissue_probe.diagnosis.residuals.noise_floor import FELT, noise_beside_steps
 from tissue_probe.diagnosis.transforms import lasting_range
 from tissue_probe.signals import FloatArray
 
-IRREGULAR = 0.05
+IRREGULAR_STEP = 0.05
 """Deviation from even spacing that matters [periods]."""
 
 PER_CYCLE = 8.0
@@ -30,7 +30,7 @@ BLOCKS, RESTS = 50, 0.1
 """Pieces in which the way is looked at; a position rests in a piece that goes by less than a tenth
 of the mean way, and goes one way that rests in no more than a tenth of them."""
 
-ONE_WAY = (
+GOES_ONE_WAY = (
     "The tip goes one way all the time: how the force grows with the depth, and how it changes in "
     "time, look alike here. Go back as well, or hold, to tell them apart."
 )
@@ -60,7 +60,7 @@ def check_times(time: FloatArray, sample_period: float) -> Iterator[Finding]:
             spans=tuple((int(place), int(place) + 2) for place in np.flatnonzero(gaps)),
         )
     off = np.abs(steps[~gaps] - 1.0)
-    if not (off <= IRREGULAR).all():
+    if not (off <= IRREGULAR_STEP).all():
         yield Finding(
             "irregular_sampling",
             f"Steps in time differ by up to {100.0 * np.nanmax(off, initial=0.0):.0f} % from the "
@@ -69,7 +69,9 @@ def check_times(time: FloatArray, sample_period: float) -> Iterator[Finding]:
         )
 
 
-def check_sampling(position: Channel, force: Channel, sample_period: float) -> Iterator[Finding]:
+def check_sampling(
+    position: InspectedChannel, force: InspectedChannel, sample_period: float
+) -> Iterator[Finding]:
     """Yield the faults of a channel by itself.
 
     ``constant_position``, ``constant_force``, ``no_motion``, ``low_rate``, ``coarse_encoder``,
@@ -96,10 +98,10 @@ def check_sampling(position: Channel, force: Channel, sample_period: float) -> I
     yield from _check_rate(position, sample_period)
     yield from _check_encoder(position)
     if _goes_one_way(position):
-        yield Finding("one_way", ONE_WAY)
+        yield Finding("one_way", GOES_ONE_WAY)
 
 
-def _goes_one_way(position: Channel) -> bool:
+def _goes_one_way(position: InspectedChannel) -> bool:
     """Whether the position goes on in one direction, without rests that would tell time alone."""
     blocks = np.array_split(position.values, min(BLOCKS, position.values.size))
     ways = np.diff([block.mean() for block in blocks]) / position.span
@@ -107,7 +109,7 @@ def _goes_one_way(position: Channel) -> bool:
     return bool(abs(np.sign(ways) @ going) == going.sum() > (1.0 - RESTS) * ways.size)
 
 
-def _stands_still(position: Channel, force: Channel) -> bool:
+def _stands_still(position: InspectedChannel, force: InspectedChannel) -> bool:
     """Whether the position moves within its resolution, or as noise that the force does not see.
 
     A motion sampled too slowly looks like noise in the position alone. A step in the first samples,
@@ -121,7 +123,7 @@ def _stands_still(position: Channel, force: Channel) -> bool:
     return bool(quiet and lasting_range(position.values, LONGEST) < 2.0 * SUDDEN * noise)
 
 
-def _measure_likeness(position: Channel, force: Channel) -> float:
+def _measure_likeness(position: InspectedChannel, force: InspectedChannel) -> float:
     """Return how alike the force is to position, speed and acceleration together, from 0 to 1.
 
     A sample and its two neighbours tell these three.
@@ -136,7 +138,7 @@ def _measure_likeness(position: Channel, force: Channel) -> float:
     return float(np.linalg.norm(told)) / size if size else 0.0
 
 
-def _answers(position: Channel, force: Channel) -> bool:
+def _answers(position: InspectedChannel, force: InspectedChannel) -> bool:
     """Whether the force jumps where the position does: a step that is commanded, with no encoder.
 
     Where an encoder turns from one count to the next the force changes as it does elsewhere.
@@ -148,7 +150,7 @@ def _answers(position: Channel, force: Channel) -> bool:
     return bool(np.median(np.abs(change[moves])) > SUDDEN * np.sqrt(np.mean(change[~moves] ** 2)))
 
 
-def _check_rate(position: Channel, sample_period: float) -> Iterator[Finding]:
+def _check_rate(position: InspectedChannel, sample_period: float) -> Iterator[Finding]:
     """Look where 99 % of the displacement's energy lies below."""
     centred = position.values - position.values.mean()
     energy = np.abs(np.fft.rfft(centred * np.hanning(centred.size))) ** 2
@@ -163,7 +165,7 @@ def _check_rate(position: Channel, sample_period: float) -> Iterator[Finding]:
         )
 
 
-def _goes_evenly(position: Channel) -> bool:
+def _goes_evenly(position: InspectedChannel) -> bool:
     """Whether the steps are those of an even motion: hardly a move is longer than the one before.
 
     Rounding makes the moves of a ramp uneven: it is not a whole number of steps from one sample to
@@ -174,7 +176,7 @@ def _goes_evenly(position: Channel) -> bool:
     return bool(np.count_nonzero(uneven) < UNEVEN * np.count_nonzero(moves))
 
 
-def _check_encoder(position: Channel) -> Iterator[Finding]:
+def _check_encoder(position: InspectedChannel) -> Iterator[Finding]:
     steps = position.span / position.step if position.step else np.inf
     if steps < FEWEST_STEPS and not _goes_evenly(position):
         yield Finding(

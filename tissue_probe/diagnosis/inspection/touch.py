@@ -19,26 +19,26 @@ FELT, IN_A_ROW = 4.0, 4
 #: touch, doubt included. By the softest law of contact, a cone's square, the share is a third.
 FLAT = 0.1
 #: Samples that tell a slope, and a mean.
-FEWEST = 16
+FEWEST_IN_SLOPE = 16
 #: The way into the tissue ends where the tip goes back by such a share of its range: before cycles
 #: that are small beside the way there, or, where a hand shakes more than that, before wide ones.
 BACK = (0.05, 0.5)
 #: Share of the samples before a touch that count as air. The force of a soft tissue may still be
 #: below ``FELT`` standard deviations in the last tenth.
-SURE = 0.9
+AIR_SHARE = 0.9
 #: Degree of the zero's course in time: a cubic follows a zero that settles for two and a half time
 #: constants to a hundredth of its fall.
 DRIFT = 3
 #: The end of that course is sought first in the means of so many spans, so to a thousandth of the
 #: way. The first sample that feels the tissue is then sought in all samples.
-BLOCKS = 1000
+COURSE_BLOCKS = 1000
 #: Relative size from which on a direction of the normal equations is more than their rounding, the
 #: root of which is that of the polynomials.
-ROUNDED = 1e-12
+ROUNDED_DIRECTION = 1e-12
 
 
 @dataclass(frozen=True)
-class Touch:
+class FirstTouch:
     """The first touch.
 
     Attributes
@@ -56,7 +56,7 @@ class Touch:
     zero: float
 
 
-def first_touch(position: FloatArray, force: FloatArray, noise: float) -> Touch | None:
+def first_touch(position: FloatArray, force: FloatArray, noise: float) -> FirstTouch | None:
     """Find where a record that begins in the air first feels the tissue; None where it does not.
 
     In the air the force is the same wherever the tip is, and its zero drifts slowly at the most; in
@@ -84,7 +84,9 @@ def _first_way(position: FloatArray, back: float) -> int:
     return int(np.argmax(position[:until])) + 1
 
 
-def _find_touch(position: FloatArray, force: FloatArray, until: int, noise: float) -> Touch | None:
+def _find_touch(
+    position: FloatArray, force: FloatArray, until: int, noise: float
+) -> FirstTouch | None:
     """Find a touch before a sample."""
     changed = _change(position[:until], force[:until])
     if changed is None:
@@ -99,15 +101,15 @@ def _find_touch(position: FloatArray, force: FloatArray, until: int, noise: floa
     way = position[last] - position[0] if last > 0 else 0.0
     beyond = np.flatnonzero(position[last:until] > position[last] + way)
     after = last + int(beyond[0]) if beyond.size else until
-    if last < FEWEST or after - last < FEWEST or way <= 0.0:
+    if last < FEWEST_IN_SLOPE or after - last < FEWEST_IN_SLOPE or way <= 0.0:
         return None
     if np.ptp(position[last:after]) == 0.0:  # a tip at rest comes from nowhere
         return None
     slope, doubt = _slope(position[: last + 1], force[: last + 1])
-    rises = float(force[after - FEWEST : after].mean() - course(time[last]))
+    rises = float(force[after - FEWEST_IN_SLOPE : after].mean() - course(time[last]))
     if not (abs(slope) + 2.0 * doubt) * way < FLAT * rises:
         return None
-    return Touch(last, float(position[last]), _zero(force[: last + 1], usual))
+    return FirstTouch(last, float(position[last]), _zero(force[: last + 1], usual))
 
 
 def _zero(force: FloatArray, noise: float) -> float:
@@ -117,7 +119,7 @@ def _zero(force: FloatArray, noise: float) -> float:
     that are sure to be in the air: a soft tissue is not felt at once.
     """
     time = np.linspace(0.0, 1.0, force.size)
-    sure = force[: max(int(SURE * force.size), FEWEST // 2)]
+    sure = force[: max(int(AIR_SHARE * force.size), FEWEST_IN_SLOPE // 2)]
     basis = [np.vander(time, degree + 1) for degree in range(DRIFT + 1)]
     fits = [np.linalg.lstsq(each[: sure.size], sure, rcond=None)[0] for each in basis]
     left = [
@@ -137,9 +139,9 @@ def _change(position: FloatArray, force: FloatArray) -> int | None:
     In the air the zero drifts in time; in contact the force goes by how deep the tip is, whether
     its way there is even or not.
     """
-    each = max(1, force.size // BLOCKS)
+    each = max(1, force.size // COURSE_BLOCKS)
     count = force.size // each
-    if count < 2 * FEWEST:
+    if count < 2 * FEWEST_IN_SLOPE:
         return None
     means, way = (
         signal[: count * each].reshape(-1, each).mean(axis=1) for signal in (force, position)
@@ -147,7 +149,7 @@ def _change(position: FloatArray, force: FloatArray) -> int | None:
     means -= means.mean()
     air = _sums(np.linspace(-1.0, 1.0, count), means)
     tissue = _sums(2.0 * (way - way.min()) / (np.ptp(way) or 1.0) - 1.0, means)
-    at = np.arange(FEWEST - 1, count - FEWEST)
+    at = np.arange(FEWEST_IN_SLOPE - 1, count - FEWEST_IN_SLOPE)
     explained = _sum_explained(*(each[at] for each in air))
     explained += _sum_explained(*(each[-1] - each[at] for each in tissue))
     return (int(at[np.argmax(explained)]) + 1) * each
@@ -167,7 +169,7 @@ def _sum_explained(grams: FloatArray, sides: FloatArray) -> FloatArray:
 
     A tip at rest tells nothing of the way: an unknown slope counts as none.
     """
-    inverse = np.linalg.pinv(grams, rcond=ROUNDED, hermitian=True)
+    inverse = np.linalg.pinv(grams, rcond=ROUNDED_DIRECTION, hermitian=True)
     return np.einsum("ni,nij,nj->n", sides, inverse, sides)
 
 

@@ -10,14 +10,14 @@ from collections.abc import Iterator
 import numpy as np
 from scipy.ndimage import maximum_filter1d
 
-from tissue_probe.diagnosis.inspection.channel import Channel
+from tissue_probe.diagnosis.inspection.channel import InspectedChannel
 from tissue_probe.diagnosis.inspection.disturbances import (
     find_disturbed,
     find_lone_samples,
     turning_sharply,
 )
 from tissue_probe.diagnosis.inspection.finding import Finding
-from tissue_probe.diagnosis.inspection.repeats import Runs, find_clipped, find_stuck
+from tissue_probe.diagnosis.inspection.repeats import EqualRuns, find_clipped, find_stuck
 from tissue_probe.signals import BoolArray, spans_of
 
 _LARGE = 0.03  # share of the rms that a value exceeds which stands alone
@@ -26,7 +26,9 @@ _COUNTS = 3.0  # steps of an encoder by which no reading of it is off alone
 _HELD = 0.5  # share of samples in runs from which a channel is slower than it is sampled
 
 
-def check_values(position: Channel, force: Channel, known: np.ndarray) -> Iterator[Finding]:
+def check_values(
+    position: InspectedChannel, force: InspectedChannel, known: np.ndarray
+) -> Iterator[Finding]:
     """Yield ``adc_saturation`` of the force, ``stuck_samples`` and spikes of either channel.
 
     Parameters
@@ -84,17 +86,17 @@ def _spikes(name: str, values: str, off: BoolArray) -> Finding:
     )
 
 
-def _leave_out_bridged(found: Runs, known: np.ndarray) -> Runs:
+def _leave_out_bridged(found: EqualRuns, known: np.ndarray) -> EqualRuns:
     """Leave out runs that bridging made."""
     return found[np.array([known[first:stop].all() for first, stop in found.spans()], dtype=bool)]
 
 
-def _is_one_of_many(there: Runs, repeated: Runs) -> bool:
+def _is_one_of_many(there: EqualRuns, repeated: EqualRuns) -> bool:
     """Whether a limit was held once only, and other values were held too: then it was stuck."""
     return there.first.size == 1 and not np.isin(repeated.first, there.first).all()
 
 
-def _saturation(force: Channel, limits: list[tuple[float, Runs]]) -> Finding:
+def _saturation(force: InspectedChannel, limits: list[tuple[float, EqualRuns]]) -> Finding:
     spans = tuple(sorted(span for _, there in limits for span in there.spans()))
     samples = sum(stop - first for first, stop in spans)
     values = " and ".join(f"{limit:.5g}" for limit, _ in limits)
@@ -109,7 +111,7 @@ def _saturation(force: Channel, limits: list[tuple[float, Runs]]) -> Finding:
     )
 
 
-def _report_stuck(channel: Channel, found: Runs) -> Finding:
+def _report_stuck(channel: InspectedChannel, found: EqualRuns) -> Finding:
     samples = int(found.length.sum())
     usual = int(np.median(found.length))
     # A lower rate shows in many values; a single one that is held is a channel that got stuck.

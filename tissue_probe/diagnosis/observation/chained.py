@@ -3,10 +3,10 @@
 Contents: how such errors go on from sample to sample, and the white noise beside them.
 
 An error of the position is a chain: each value follows from the three before and something new
-(``Motion.chain``). The output has a few neighbours of it, each times a tap, and its own white
-noise; where the tip moves by itself, it rings with earlier errors. Kalman's filter then predicts
-each sample from the earlier ones; the difference, over its deviation, is white and of variance 1
-(B. Anderson, J. Moore, Optimal Filtering (1979), section 5.3).
+(``MotionEstimate.chain``). The output has a few neighbours of it, each times a tap, and its own
+white noise; where the tip moves by itself, it rings with earlier errors. Kalman's filter then
+predicts each sample from the earlier ones; the difference, over its deviation, is white and of
+variance 1 (B. Anderson, J. Moore, Optimal Filtering (1979), section 5.3).
 """
 
 from __future__ import annotations

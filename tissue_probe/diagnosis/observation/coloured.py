@@ -28,7 +28,7 @@ from tissue_probe.signals import BoolArray, FloatArray, spans_of
 RATIOS = np.geomspace(1e-4, 10.0, 41)
 #: Share of the covariance's mean that rounding may be: so much is added to the matrix that is
 #: inverted.
-ROUNDING = 1e-13
+COVARIANCE_ROUNDING = 1e-13
 
 
 @dataclass(frozen=True)
@@ -86,7 +86,9 @@ class Coloured(Noise):
     def covariance(self) -> FloatArray:
         """Of consecutive samples, shape (p + 1, p + 1)."""
         whole = self.force**2 * self.driven
-        whole[np.diag_indices(len(whole))] += self.own**2 + ROUNDING * np.mean(np.diag(whole))
+        whole[np.diag_indices(len(whole))] += self.own**2 + COVARIANCE_ROUNDING * np.mean(
+            np.diag(whole)
+        )
         return whole
 
     @cached_property

@@ -15,7 +15,7 @@ from tissue_probe.physics.rigs.constants import CONTACT_POSITION
 from tissue_probe.physics.scale import Scale
 
 #: The rms of a load cell's 1/f noise, by name.
-FLICKER = "flicker_noise"
+FLICKER_NAME = "flicker_noise"
 
 
 @dataclass(frozen=True)
@@ -42,7 +42,7 @@ class Instrument:
             object.__setattr__(self, "constants", self.rig.known)
         if self.flicker_noise is None:
             object.__setattr__(self, "flicker_noise", self.rig.flicker_noise)
-            object.__setattr__(self, "supposed", self.supposed | {FLICKER})
+            object.__setattr__(self, "supposed", self.supposed | {FLICKER_NAME})
 
     @property
     def of_run(self) -> tuple[str, ...]:
@@ -51,7 +51,7 @@ class Instrument:
 
     def of_size(self, scale: Scale) -> Instrument:
         """Return the instrument of a record of a size: constants not given are scaled by it."""
-        units = {each.name: each.entry.unit for each in self.rig.constants} | {FLICKER: "N"}
+        units = {each.name: each.entry.unit for each in self.rig.constants} | {FLICKER_NAME: "N"}
         factors = {
             name: scale.of(unit) if name in self.supposed else 1.0 for name, unit in units.items()
         }
@@ -60,7 +60,7 @@ class Instrument:
             for name, (value, deviation) in self.constants.items()
         }
         return replace(
-            self, constants=constants, flicker_noise=factors[FLICKER] * self.flicker_noise
+            self, constants=constants, flicker_noise=factors[FLICKER_NAME] * self.flicker_noise
         )
 
     def exact(self) -> Instrument:

@@ -11,8 +11,8 @@ from functools import cached_property
 
 import numpy as np
 
-from tissue_probe.diagnosis.observation.motion import Motion
-from tissue_probe.diagnosis.observation.noise import UNKNOWN, Noise
+from tissue_probe.diagnosis.observation.motion import MotionEstimate
+from tissue_probe.diagnosis.observation.noise import UNKNOWN_NOISE, Noise
 from tissue_probe.diagnosis.observation.resampling import AS_MEASURED, Resampling
 from tissue_probe.diagnosis.residuals.noise_floor import (
     EXACT,
@@ -37,13 +37,13 @@ FINEST = 5e-9
 #: Time between samples from which a start's promise is told [s]: much less than a coil's period.
 OFTEN = 1e-3
 #: Noise of a command by the digits that it is written with, in shares of its rms: of four digits.
-DIGITS = 1e-4
+DIGITS_NOISE = 1e-4
 #: Samples at the start from which the velocity there is told.
-FEW = 8
+START_SAMPLES = 8
 #: Noise of a channel that has none [its unit]: so little changes nothing, and can be divided by.
-LEAST = 1e-12
+LEAST_NOISE = 1e-12
 #: Time for which a tip must have been in the tissue [s]: about as long as it rings.
-SETTLING = 15e-3
+SETTLING_TIME = 15e-3
 #: The least length, speed and force of a record [m, m/s, N]: to be divided by.
 SMALLEST = 1e-9
 
@@ -105,11 +105,11 @@ class Measurement:
     force: FloatArray
     sample_period: float
     at_rest: bool = False
-    noise: Noise = UNKNOWN
+    noise: Noise = UNKNOWN_NOISE
     used: BoolArray | None = None
     output: Quantity = FORCE
     misread: FloatArray | None = None
-    motion: Motion | None = None
+    motion: MotionEstimate | None = None
     input_noise: float = np.nan
     coil_gain: float = np.nan
     notes: tuple[str, ...] = ()
@@ -134,7 +134,7 @@ class Measurement:
 
     def _floor(self, output: FloatArray, drive: FloatArray | None = None) -> float:
         floor = noise_floor(output[self.used], drive, np.flatnonzero(self.used))
-        return max(floor / self.resampling.left, LEAST * self.scale.of(self.output.unit))
+        return max(floor / self.resampling.left, LEAST_NOISE * self.scale.of(self.output.unit))
 
     @property
     def counted(self) -> BoolArray:
@@ -175,7 +175,7 @@ class Measurement:
         if self.input is not FORCE:
             return False
         size = float(np.sqrt(np.mean(self.force**2)))
-        return noise_beside_steps(self.force) <= DIGITS * size
+        return noise_beside_steps(self.force) <= DIGITS_NOISE * size
 
     @property
     def force_noise(self) -> float:
@@ -304,14 +304,14 @@ class Measurement:
         """
         indentation = self.position - self.force / stiffness
         inside = indentation > 0.1 * self.extent.indentation
-        settling = max(1, round(SETTLING * self.scale.time / self.sample_period))
+        settling = max(1, round(SETTLING_TIME * self.scale.time / self.sample_period))
         outside = np.convolve(~inside, np.ones(settling))[: inside.size] > 0.5
         return self.used & ~outside
 
     @cached_property
     def first_speed(self) -> float:
         """Velocity of the position at the first sample [m/s], by the parabola of the first few."""
-        few = slice(0, FEW)
+        few = slice(0, START_SAMPLES)
         parabola = np.polynomial.Polynomial.fit(self.times[few], self.position[few], 2)
         return float(parabola.deriv()(0.0))
 

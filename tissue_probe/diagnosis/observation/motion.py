@@ -24,13 +24,13 @@ from tissue_probe.signals import FloatArray
 JERK = np.array([-1.0, 3.0, -3.0, 1.0])
 #: Samples in which the jerk counts as equally strong: as long as a corner of a course that is drawn
 #: by straight lines; so many tell a deviation to a quarter.
-ALIKE = 9
+JERK_SPAN = 9
 #: Mean square of so many samples' departures, over the noise's, from which on they are no noise:
 #: one in a million is. There the model is wrong by which the other channel tells of the motion.
 DEPARTS = 5.0
 #: How often strength and motion are found from one another: a further time moves the position by
 #: less than a tenth of the noise (in a hold, where the strength is all but none and not settled).
-ROUNDS = 12
+MOTION_ROUNDS = 12
 #: Variance of the noise over that of the third differences. At the largest a sample counts as much
 #: as a hundredth of the mean, and at the smallest the noise is smaller than any motion.
 LARGEST, SMALLEST = 1e9, 1e-3
@@ -41,7 +41,7 @@ ANGLES = (np.arange(2000) + 0.5) * np.pi / 2000
 
 
 @dataclass(frozen=True)
-class Motion:
+class MotionEstimate:
     """The estimate of a motion whose samples are noisy.
 
     Attributes
@@ -70,11 +70,11 @@ class Motion:
             else self.samples
         )
 
-    def since(self, first: int) -> Motion:
+    def since(self, first: int) -> MotionEstimate:
         """Return the same from a sample on."""
-        return Motion(self.samples[first:], self.noise, self.calmness[first:], self.share)
+        return MotionEstimate(self.samples[first:], self.noise, self.calmness[first:], self.share)
 
-    def surer(self, share: float) -> Motion:
+    def surer(self, share: float) -> MotionEstimate:
         """Return the same with errors of the position that are so many times as large."""
         return replace(self, share=share * self.share)
 
@@ -112,7 +112,7 @@ class Motion:
 
 
 @dataclass(frozen=True)
-class Felt:
+class MotionInformation:
     """The information of another channel on the same motion, by a fitted model.
 
     Attributes
@@ -134,7 +134,9 @@ class Felt:
     noise: float
 
 
-def motion(samples: FloatArray, noise: float, felt: Felt | None = None) -> Motion:
+def motion(
+    samples: FloatArray, noise: float, felt: MotionInformation | None = None
+) -> MotionEstimate:
     """Tell the motion from its samples: smooth at rest, and free to move where it moves.
 
     The jerk is white noise whose strength changes along the record and is told from the motion (an
@@ -155,16 +157,18 @@ def motion(samples: FloatArray, noise: float, felt: Felt | None = None) -> Motio
     """
     alone, _ = _strength(samples, samples, noise, np.zeros(ANGLES.size))
     if felt is None:
-        return Motion(samples, noise, alone)
+        return MotionEstimate(samples, noise, alone)
     weight = (noise / felt.noise) ** 2
     through = np.convolve(felt.position, felt.taps, mode="same")
     told = samples + weight * np.convolve(felt.residual + through, felt.taps[::-1], mode="same")
     by_force = weight * np.correlate(felt.taps, felt.taps, mode="full")[felt.taps.size - 1 :]
     turned = np.exp(1j * np.outer(ANGLES, np.arange(felt.taps.size))) @ felt.taps
     both, found = _strength(samples, told, noise, weight * np.abs(turned) ** 2, by_force)
-    departs = uniform_filter1d(((found - samples) / noise) ** 2, ALIKE, mode="nearest") > DEPARTS
-    near = maximum_filter1d(departs, 2 * ALIKE + 1)
-    return Motion(
+    departs = (
+        uniform_filter1d(((found - samples) / noise) ** 2, JERK_SPAN, mode="nearest") > DEPARTS
+    )
+    near = maximum_filter1d(departs, 2 * JERK_SPAN + 1)
+    return MotionEstimate(
         samples, noise, np.where(sliding_window_view(near, JERK.size).any(axis=1), alone, both)
     )
 
@@ -183,9 +187,9 @@ def _strength(
     as the diagonals of a band.
     """
     calmness, found, shares = np.ones(samples.size - 3), samples, _shares(gains)
-    for _ in range(ROUNDS):
+    for _ in range(MOTION_ROUNDS):
         found = _solve_factored(_factor(calmness, more), told)
-        jerk = uniform_filter1d((np.diff(found, 3) / noise) ** 2, ALIKE, mode="nearest")
+        jerk = uniform_filter1d((np.diff(found, 3) / noise) ** 2, JERK_SPAN, mode="nearest")
         share = np.interp(np.log(calmness), LOGARITHMS, shares)
         calmness = share / np.maximum(jerk, np.finfo(float).tiny)
         calmness = np.clip(calmness, SMALLEST, LARGEST)

@@ -14,7 +14,7 @@ from tissue_probe.signals import BoolArray, FloatArray
 
 #: Noise fainter than this share of the output's own white noise is left aside: it adds half a
 #: percent to the deviation.
-FAINT = 0.1
+FAINT_NOISE = 0.1
 
 
 @dataclass(frozen=True)
@@ -99,9 +99,9 @@ class Noise:
 
 
 #: To be estimated from the samples.
-UNKNOWN = Noise(0.0)
+UNKNOWN_NOISE = Noise(0.0)
 
 
 def faint(values: FloatArray, noise: Noise) -> bool:
     """Whether a change of the output is left aside beside its noise."""
-    return not np.sqrt(np.mean(values**2)) > FAINT * noise.own
+    return not np.sqrt(np.mean(values**2)) > FAINT_NOISE * noise.own

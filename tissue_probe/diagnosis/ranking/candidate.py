@@ -40,7 +40,7 @@ if TYPE_CHECKING:
 #: How many of the proposed starts are followed to the end, and up to how much worse a promise.
 FOLLOWED, WORSE = 3, 2.0
 #: Where even the promise is this many times the best cost, one start is enough.
-FAR = 3.0
+FAR_PROMISE = 3.0
 #: And so it is where an effect of first order promises less than this share.
 LEAST_SHARE = 0.004
 #: Up to how many times the best cost the values near those found are tried.
@@ -48,7 +48,7 @@ ASTRAY = 6.0
 #: And below which residual over noise they are not, if all is explained: there is nothing to gain.
 CLOSE = 1.01
 #: Two searches that end within this factor of each other's cost have found the same: no third.
-SAME = 1.0005
+SAME_COST = 1.0005
 #: How often the values near those found are tried, if each time lowers the cost to this share.
 ROUNDS, BETTER = 3, 0.995
 #: Where a further effect gained nothing, those near are searched that promise less than this share.
@@ -85,7 +85,7 @@ def is_settled(fit: Fit, lowest: float) -> bool:
 
 
 @dataclass(frozen=True)
-class Look:
+class CoarseLook:
     """Fewer samples, to compute a start's promise, and the factor from their cost to that of all.
 
     Most of the time goes into promises, and they only put starts in order.
@@ -95,7 +95,7 @@ class Look:
     scale: float
 
     @classmethod
-    def at(cls, base: Fit, instrument: Instrument) -> Look:
+    def at(cls, base: Fit, instrument: Instrument) -> CoarseLook:
         """Take no more samples than are needed of each measurement of a fit."""
         few = tuple(each.approximate().thin_samples() for each in base.measurements)
         problem = Problem(base.composition, few, instrument)
@@ -109,7 +109,7 @@ _Proposal = tuple[float, FloatArray, list[FloatArray]]
 
 
 @dataclass(frozen=True)
-class Begin:
+class SearchStart:
     """Where a search may begin: the cost that one step promises, values, and states at the start.
 
     ``best`` are the most promising, in order; ``direct`` says that a strength was among the
@@ -125,7 +125,7 @@ class Begin:
         return self.best[0][0]
 
 
-class Candidate:
+class SoughtEffect:
     """One effect, in one form of it, that is sought beside a fitted model."""
 
     def __init__(
@@ -133,7 +133,7 @@ class Candidate:
         base: Fit,
         effect: Effect,
         instrument: Instrument,
-        look: Look,
+        look: CoarseLook,
         values: Sequence[Values],
     ) -> None:
         self.base, self.effect, self.values = base, effect, values
@@ -142,12 +142,12 @@ class Candidate:
         #: The objects that fits hold, and every process has.
         self.known = list_shared_objects(base, [composition])
         exactly = self.problem.kernel.corrects
-        self.look = Look(base.measurements, 1.0) if exactly else look
+        self.look = CoarseLook(base.measurements, 1.0) if exactly else look
         self.looked_at = Problem(composition, self.look.measurements, instrument)
         #: To be set before anything is searched; a copy of the process may have found it.
-        self.begun = Begin()
+        self.begun = SearchStart()
 
-    def begin(self) -> Begin:
+    def begin(self) -> SearchStart:
         """Return where the search may begin."""
         begun: list[_Proposal] = []
         pairs = list(propose_starts(self.base, self.effect, self.values))
@@ -164,7 +164,9 @@ class Candidate:
         begun.sort(key=lambda each: each[0])
         strength = [parameter.name for parameter in self.effect.parameters[:1]]
         direct = any(strength[0] in proposal for _, proposal in pairs if strength)
-        return Begin([each for each in begun[:FOLLOWED] if each[0] <= WORSE * begun[0][0]], direct)
+        return SearchStart(
+            [each for each in begun[:FOLLOWED] if each[0] <= WORSE * begun[0][0]], direct
+        )
 
     def _in_each_run(self, proposals: Sequence[_Proposal]) -> list[_Proposal]:
         """Return the most promising values where each of several runs has its own instant.
@@ -196,7 +198,7 @@ class Candidate:
         for promised, values, _ in proposals:
             known = [begin.mean for begin in self.problem.begin(values)]
             other = self._promise(values, known)
-            if not promised / SAME < other < promised * SAME:
+            if not promised / SAME_COST < other < promised * SAME_COST:
                 begun.append((other, values, known))
         return begun
 
@@ -209,7 +211,7 @@ class Candidate:
         near = begun.direct or begun.promise < least
         costs: dict[tuple[float, ...], float] = {}
         for _, values, starts in begun.best if near else begun.best[:1]:
-            if costs and begun.promise >= FAR * bar.cost:
+            if costs and begun.promise >= FAR_PROMISE * bar.cost:
                 break
             fit = started_anew(self.problem, search(self.problem, values, starts, bar), bar)
             if fit is None:
@@ -218,7 +220,7 @@ class Candidate:
             if fit.cost < enough:
                 return
             own = tuple(values[len(self.base.values) :])
-            if any(cost < SAME * fit.cost for other, cost in costs.items() if other != own):
+            if any(cost < SAME_COST * fit.cost for other, cost in costs.items() if other != own):
                 break
             costs[own] = fit.cost
 

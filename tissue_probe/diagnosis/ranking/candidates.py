@@ -24,8 +24,8 @@ from tissue_probe.diagnosis.observation.measurement import Measurement
 from tissue_probe.diagnosis.ranking.candidate import (
     ASTRAY,
     BETTER,
-    Candidate,
-    Look,
+    CoarseLook,
+    SoughtEffect,
     best_of,
     is_settled,
 )
@@ -47,7 +47,7 @@ if TYPE_CHECKING:
     from tissue_probe.physics.effects import Effect
 
 #: Squared residual over noise at which a further effect needs no other start.
-ENOUGH = 1.04
+ENOUGH_RATIO = 1.04
 
 Tell = Callable[[Fit], None]
 """Told a fit as soon as it is found."""
@@ -186,7 +186,7 @@ def fit_candidates(
     lowest = min([base.cost, needed, *(fit.cost for fit in known)])
     counts = base.cost - 2.0 * RIVAL if leaves_only_noise(base) else np.inf
     bar = Bar(lowest, noise=base.floor if asked else 0.0, most=counts)
-    enough = min(ENOUGH * base.floor, needed) if asked else 0.0
+    enough = min(ENOUGH_RATIO * base.floor, needed) if asked else 0.0
     searches = [(each, _report_fits(each.fits(bar, enough), tell)) for each in candidates]
     fits = _run_searches(searches, bar, enough)
     again, alone = _given_up(candidates, fits, [*fits, *known]), Bar()
@@ -204,15 +204,17 @@ def fit_candidates(
 
 def _begin_candidates(
     base: Fit, forms: Sequence[Effect], instrument: Instrument
-) -> list[Candidate]:
+) -> list[SoughtEffect]:
     """Return the forms that have a start, those that promise most first."""
-    look, values = Look.at(base, instrument), [base.named()]
+    look, values = CoarseLook.at(base, instrument), [base.named()]
     if any(form.changes_contact for form in forms):
         values += [*pressed_in(base, instrument), *from_touch(base, instrument)]
     if any(form.of_part for form in forms):
         values += of_first_parts(base, instrument)
-    candidates = [Candidate(base, form, instrument, look, values) for form in forms]
-    for candidate, begun in zip(candidates, map_shared(Candidate.begin, candidates), strict=True):
+    candidates = [SoughtEffect(base, form, instrument, look, values) for form in forms]
+    for candidate, begun in zip(
+        candidates, map_shared(SoughtEffect.begin, candidates), strict=True
+    ):
         candidate.begun = begun
     found = [candidate for candidate in candidates if candidate.begun.best]
     return sorted(found, key=lambda candidate: candidate.begun.promise)
@@ -229,7 +231,7 @@ def forms(composition: Composition, effects: Iterable[Effect]) -> list[Effect]:
     ]
 
 
-_Search = tuple[Candidate, Iterator[Fit]]
+_Search = tuple[SoughtEffect, Iterator[Fit]]
 
 
 def _report_fits(fits: Iterator[Fit], tell: Tell) -> Iterator[Fit]:
@@ -269,8 +271,8 @@ def _first_of_each(fits: Iterable[Fit]) -> dict[str, Fit]:
 
 
 def _given_up(
-    candidates: Sequence[Candidate], fits: Sequence[Fit], rivals: Sequence[Fit]
-) -> list[Candidate]:
+    candidates: Sequence[SoughtEffect], fits: Sequence[Fit], rivals: Sequence[Fit]
+) -> list[SoughtEffect]:
     """Return simpler forms of the best effect whose searches were given up, or went astray.
 
     Were it not for the other, they might have come as far, and the simpler one is preferred.
@@ -286,8 +288,8 @@ def _given_up(
 
 
 def _behind(
-    candidates: Sequence[Candidate], fits: Sequence[Fit], lowest: float
-) -> list[tuple[Candidate, Fit]]:
+    candidates: Sequence[SoughtEffect], fits: Sequence[Fit], lowest: float
+) -> list[tuple[SoughtEffect, Fit]]:
     """Return forms of effects that did worse than another form, and the fit of that other form.
 
     The way to where a tip sticks and slides may lead through friction that only creeps. An effect

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from tissue_probe.physics.scale import Scale
 
 #: The highest multiple of the drive's frequency that is tried.
-HIGHEST = 5
+HIGHEST_MULTIPLE = 5
 
 _Begun = tuple[Problem, FloatArray, list[FloatArray]]
 
@@ -76,7 +76,7 @@ def better_harmonic(base: Fit, final: Fit, instrument: Instrument) -> float | No
     sine = sine_of(base.measurements[0])
     if sine is None:
         return None
-    multiples = [order * sine for order in range(2, HIGHEST + 1)]
+    multiples = [order * sine for order in range(2, HIGHEST_MULTIPLE + 1)]
     begun = {each: _begin_line(base, each, instrument) for each in multiples}
     frequency = min(begun, key=lambda each: promise(*begun[each]))
     fit = search(*begun[frequency])

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from tissue_probe.diagnosis.fitting.fit import Fit
-from tissue_probe.diagnosis.fitting.problem import CONTACT, Problem
+from tissue_probe.diagnosis.fitting.problem import CONTACT_NAME, Problem
 from tissue_probe.diagnosis.fitting.search import search
 from tissue_probe.diagnosis.observation.instrument import Instrument
 from tissue_probe.diagnosis.transforms import peaks
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 Values = Mapping[str, float]
 #: Points to a sample at which the tension of the tissue is looked at.
-FINER = 4
+TENSION_POINTS = 4
 #: Share of the samples that must be in contact to tell the tissue there.
 LEAST_PRESSED = 0.05
 #: How many samples about a touch tell how far apart they are; how many steps of the motion to
@@ -53,13 +53,13 @@ def from_touch(base: Fit, instrument: Instrument) -> list[Values]:
     A model that never lets go is fitted best by a touch that is far from it, and the way back leads
     over a jump of the cost at every sample.
     """
-    place, deviation = instrument.constants.get(CONTACT, (0.0, 0.0))
+    place, deviation = instrument.constants.get(CONTACT_NAME, (0.0, 0.0))
     if np.isfinite(deviation) or base.composition.input is FORCE:
         return []
     inside = [replace(m, used=m.used & (m.position > place)) for m in base.measurements]
     if min(np.mean(m.used) for m in inside) < LEAST_PRESSED:
         return []
-    problem = Problem(base.composition, inside, instrument, {CONTACT: place})
+    problem = Problem(base.composition, inside, instrument, {CONTACT_NAME: place})
     values = start_values(problem, base.named(), None, {})
     fit = search(problem, values, [begun.mean for begun in problem.begin(values)])
     return [] if fit is None else [fit.named()]
@@ -133,8 +133,8 @@ def extent(fit: Fit, known: Values, effect: Effect) -> Extent:
         return reach
     from scipy.interpolate import CubicSpline  # only for effects by which tissue lets go
 
-    tip = CubicSpline(measurement.times, fit.tip[index] - known.get(CONTACT, 0.0))
-    often = np.linspace(0.0, measurement.times[-1], FINER * measurement.times.size)
+    tip = CubicSpline(measurement.times, fit.tip[index] - known.get(CONTACT_NAME, 0.0))
+    often = np.linspace(0.0, measurement.times[-1], TENSION_POINTS * measurement.times.size)
     pull = -known.get("stiffness", 0.0) * tip(often) - known.get("damping", 0.0) * tip(often, 1)
     tensions = np.sort(pull[peaks(pull, 0.0)])[::-1]
     return replace(reach, tensions=tuple(map(float, tensions)))
@@ -147,19 +147,19 @@ def touches(problem: Problem, fit: Fit) -> list[Values]:
     jump of the cost: no search steps over it. Only where nothing is known of the touch.
     """
     names = problem.runs.names
-    known = CONTACT not in names or np.isfinite(problem.deviation[names.index(CONTACT)])
+    known = CONTACT_NAME not in names or np.isfinite(problem.deviation[names.index(CONTACT_NAME)])
     if known or problem.composition.input is FORCE:
         return []
     places = np.concatenate([each.position for each in problem.measurements])
     steps = np.concatenate([np.abs(np.diff(each.position)) for each in problem.measurements])
-    off = np.abs(places - fit.named()[CONTACT])
+    off = np.abs(places - fit.named()[CONTACT_NAME])
     nearest = np.argsort(off)[:ABOUT]
     # A step of a motion that passes there: at a rest there are none.
     reach = SIDE * float(np.median(steps[np.minimum(nearest, steps.size - 1)]))
     about = np.unique(places[off < reach])
     between = 0.5 * (about[1:] + about[:-1])
     few = between[:: 1 + between.size // MOST]
-    return [{CONTACT: float(place)} for place in few]
+    return [{CONTACT_NAME: float(place)} for place in few]
 
 
 def _strong(effect: Effect, tried: Iterable[Values]) -> list[Values]:

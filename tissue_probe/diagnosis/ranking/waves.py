@@ -20,12 +20,12 @@ if TYPE_CHECKING:
     from tissue_probe.physics.effects import Effect
 
 #: Share of the sampling rate up to which a wave is told: two and a half samples a period.
-SHOWN = 0.4
+HIGHEST_WAVE = 0.4
 
 
 def fastest_shown(measurements: Sequence[Measurement]) -> float:
     """Return the highest frequency that the slowest of some recordings shows [Hz]."""
-    return SHOWN / max(each.sample_period for each in measurements)
+    return HIGHEST_WAVE / max(each.sample_period for each in measurements)
 
 
 def slowest_wave(effect: Effect) -> float:

@@ -13,7 +13,7 @@ from tissue_probe.diagnosis.transforms import correlation
 from tissue_probe.quantities import Quantity
 from tissue_probe.signals import FloatArray
 
-LATEST = 0.05  # s by which a residual may follow its cause
+LONGEST_RESPONSE = 0.05  # s by which a residual may follow its cause
 
 
 def drive_correlation(
@@ -61,7 +61,7 @@ def _correlation(
     """
     error, moving = residual - residual.mean(), cause - cause.mean()
     size = residual.size
-    most = min(round(LATEST / sample_period), size - 1)
+    most = min(round(LONGEST_RESPONSE / sample_period), size - 1)
     products = correlation(error, moving)[size - 1 - most : size + most]
     largest = int(np.argmax(np.abs(products)))
     coloured = np.sum(correlation(error, error) * correlation(moving, moving)) / size

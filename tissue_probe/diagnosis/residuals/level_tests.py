@@ -31,8 +31,8 @@ NOISE_UNCERTAINTY = 0.02
 #: Amplitudes must differ by this factor before a power of the amplitude can be read from them.
 AMPLITUDE_RANGE = 1.5
 BATCHES = 8  # windows at least, where the residual is judged by windows
-TERMS = 4  # constant, position, speed, acceleration
-NEIGHBOURS = 4  # samples to either side that count with an outlier
+LEVEL_TERMS = 4  # constant, position, speed, acceleration
+LEVEL_NEIGHBOURS = 4  # samples to either side that count with an outlier
 
 
 def level(residual: FloatArray, noise: float) -> ResidualTest:
@@ -88,7 +88,7 @@ def amplitude(
     of the gamma law with mean noise^2 + c A^(2 n) that fits q best.
     """
     name = "amplitude"
-    size = max(2 * TERMS, round(dominant_period(position, sample_period) / sample_period))
+    size = max(2 * LEVEL_TERMS, round(dominant_period(position, sample_period) / sample_period))
     count = residual.size // size
     if count < BATCHES:
         return untold(name, f"fewer than {BATCHES} periods of the drive")
@@ -100,7 +100,7 @@ def amplitude(
         return untold(name, "the drive has one amplitude; vary it by a factor of two")
     squares = _not_linear(residual[: count * size].reshape(windows), moving) / noise**2
     power = _power(amplitudes / amplitudes.max(), squares)
-    freedom = count * (size - TERMS)
+    freedom = count * (size - LEVEL_TERMS)
     ratio = np.sqrt(squares.mean())
     return judge_test(
         name,
@@ -119,7 +119,7 @@ def _not_linear(residual: FloatArray, position: FloatArray) -> FloatArray:
     columns = np.stack([term / (np.abs(term).max() or 1.0) for term in terms], axis=2)
     basis = np.linalg.qr(columns)[0]
     linear = basis @ (np.swapaxes(basis, 1, 2) @ residual[:, :, None])
-    return np.sum((residual - linear[:, :, 0]) ** 2, axis=1) / (residual.shape[1] - TERMS)
+    return np.sum((residual - linear[:, :, 0]) ** 2, axis=1) / (residual.shape[1] - LEVEL_TERMS)
 
 
 def _power(amplitudes: FloatArray, squares: FloatArray) -> float:
@@ -164,7 +164,7 @@ def outliers(residual: FloatArray) -> ResidualTest:
     rough = np.diff(residual, 4)
     usual = np.median(np.abs(rough - np.median(rough))) / MEDIAN_SIZE
     scores = np.abs(rough) / (usual or 1.0)
-    peaks = scores == ndimage.maximum_filter1d(scores, 2 * NEIGHBOURS + 1)
+    peaks = scores == ndimage.maximum_filter1d(scores, 2 * LEVEL_NEIGHBOURS + 1)
     far = normal_at(0.5 * SIGNIFICANCE / residual.size)
     count = int(np.sum(peaks & (scores > far)))
     return judge_test(

@@ -24,9 +24,9 @@ from tissue_probe.quantities import Quantity
 from tissue_probe.signals import FloatArray
 
 MAINS = (50.0, 60.0)  # Hz
-BESIDE = 31  # bins whose median is the background
-WIDTH = 2  # bins to either side that the window spreads a line over
-SLOW = 3.0  # Hz; breathing, heartbeat and drift lie below
+BINS_BESIDE = 31  # bins whose median is the background
+LINE_WIDTH = 2  # bins to either side that the window spreads a line over
+SLOW_CYCLES = 3.0  # Hz; breathing, heartbeat and drift lie below
 
 
 @dataclass(frozen=True)
@@ -42,7 +42,7 @@ class _Lines:
 
     def near(self, frequency: float) -> NDArray[np.bool_]:
         """Return the bins over which a line at this frequency is spread."""
-        return np.abs(self.frequencies - frequency) <= (WIDTH + 0.5) * self.frequencies[0]
+        return np.abs(self.frequencies - frequency) <= (LINE_WIDTH + 0.5) * self.frequencies[0]
 
     def harmonic(self) -> NDArray[np.bool_]:
         """Return the bins at multiples of the drive's repetition, itself among them."""
@@ -57,8 +57,9 @@ class _Lines:
 
         The strongest is looked for among those that no noise explains, if there are any.
         """
-        # The background comes from about BESIDE ordinates, so a line's height is F-distributed.
-        chances = among.sum() * f_beyond(self.height, 2, BESIDE)
+        # The background comes from about BINS_BESIDE ordinates, so a line's height is
+        # F-distributed.
+        chances = among.sum() * f_beyond(self.height, 2, BINS_BESIDE)
         sure = among & (chances < SIGNIFICANCE)
         weight = (
             np.where(sure, self.power, -1.0) if sure.any() else np.where(among, self.height, -1)
@@ -72,7 +73,7 @@ def _lines_of(
     residual: FloatArray, drive: FloatArray, sample_period: float, noise: float, output: Quantity
 ) -> _Lines:
     frequencies, power = spectrum(residual, sample_period)
-    beside = ndimage.median_filter(power, BESIDE, mode="mirror") / np.log(2.0)
+    beside = ndimage.median_filter(power, BINS_BESIDE, mode="mirror") / np.log(2.0)
     height = power / np.maximum(beside, noise**2)
     driven = drive_of(drive, sample_period)
     return _Lines(frequencies, power, height, residual.size, driven, output)
@@ -172,7 +173,7 @@ def _others(lines: _Lines) -> ResidualTest:
     hint = (
         "slow and not of the drive: tissue that moves by itself (tissue_motion: breathing, "
         "heartbeat), or a force that wanders (force_drift)"
-        if frequency < SLOW
+        if frequency < SLOW_CYCLES
         else "not of the drive: vibration of the mount (structural_mode), or interference"
     )
     return judge_test(

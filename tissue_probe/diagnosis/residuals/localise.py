@@ -12,19 +12,23 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tissue_probe.diagnosis.chance import chi_squared_beyond
-from tissue_probe.diagnosis.residuals.residual_test import SHORTEST, SIGNIFICANCE, check_signals
+from tissue_probe.diagnosis.residuals.residual_test import (
+    SHORTEST_RESIDUAL,
+    SIGNIFICANCE,
+    check_signals,
+)
 from tissue_probe.diagnosis.transforms import analytic, welch, without_line
 from tissue_probe.signals import FloatArray
 
 BINS = 36  # of time, depth and speed; of phase, 10 degrees each
 BANDS_PER_OCTAVE = 3
-RESOLUTION = 1.0  # s of a Welch segment at most; an eighth of the record otherwise
-WIDEST = 0.6  # of a quantity's axis: a wider region is everywhere
-CONTRAST = 0.25  # by which a region's share of the error must exceed its share of the axis
+LONGEST_SEGMENT = 1.0  # s of a Welch segment at most; an eighth of the record otherwise
+WIDEST_REGION = 0.6  # of a quantity's axis: a wider region is everywhere
+SHARE_CONTRAST = 0.25  # by which a region's share of the error must exceed its share of the axis
 
 
 @dataclass(frozen=True)
-class Region:
+class ResidualRegion:
     """Where the residual stands out.
 
     Parameters
@@ -70,7 +74,7 @@ class Profile:
     edges: FloatArray
     energy: FloatArray
     expected: FloatArray
-    here: Region | None
+    here: ResidualRegion | None
     labels: tuple[str, ...] = ()
 
     @property
@@ -206,7 +210,9 @@ def _over_direction(speed: FloatArray, squares: FloatArray, noise: float) -> Pro
 
 def _over_frequency(residual: FloatArray, sample_period: float, noise: float) -> Profile:
     """Divide the energy by Welch's method into bands of a third of an octave."""
-    segment = max(round(RESOLUTION / sample_period), SHORTEST)  # of slow samples, as many as 64
+    segment = max(
+        round(LONGEST_SEGMENT / sample_period), SHORTEST_RESIDUAL
+    )  # of slow samples, as many as 64
     segment = min(segment, residual.size // 8)
     frequencies, density = welch(residual, sample_period, segment)
     frequencies, density = frequencies[1:], density[1:]
@@ -230,7 +236,7 @@ def _region(
     width: FloatArray | NDArray[np.int_],
     noise: float,
     circular: bool = False,
-) -> Region | None:
+) -> ResidualRegion | None:
     """Return the run of bins of largest contrast, or None; see `localise`."""
     bins = energy.size
     beyond = energy.sum() - expected.sum()
@@ -242,19 +248,19 @@ def _region(
     for first in range(bins):
         for length in range(1, bins + 1 if circular else bins - first + 1):
             run = np.arange(first, first + length) % bins
-            if axis[run].sum() > WIDEST:
+            if axis[run].sum() > WIDEST_REGION:
                 break
             contrast = share[run].sum() - axis[run].sum()
             if best is None or contrast > best[0]:
                 best = (contrast, run)
-    if best is None or best[0] < CONTRAST:
+    if best is None or best[0] < SHARE_CONTRAST:
         return None
     contrast, run = best
     samples = expected[run].sum() / noise**2
     chance = bins**2 * chi_squared_beyond(energy[run].sum() / noise**2, samples)
     if chance > SIGNIFICANCE:
         return None
-    return Region(
+    return ResidualRegion(
         float(edges[run[0]]),
         float(edges[run[-1] + 1]),
         float(energy[run].sum() / expected[run].sum()),

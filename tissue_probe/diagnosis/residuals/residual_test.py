@@ -15,7 +15,7 @@ from tissue_probe.signals import FloatArray
 SIGNIFICANCE = 1e-3
 #: Samples that can be judged: eight segments of eight, in which spectra are averaged and blocks are
 #: held out; how well they determine a stiffness is another question (``inspection.information``).
-SHORTEST = 64
+SHORTEST_RESIDUAL = 64
 
 
 @dataclass(frozen=True)
@@ -72,10 +72,10 @@ def check_signals(noise: float, *signals: FloatArray) -> tuple[FloatArray, ...]:
     """
     arrays = tuple(np.asarray(each, dtype=np.float64) for each in signals)
     shapes = {array.shape for array in arrays}
-    if len(shapes) > 1 or arrays[0].ndim != 1 or arrays[0].size < SHORTEST:
+    if len(shapes) > 1 or arrays[0].ndim != 1 or arrays[0].size < SHORTEST_RESIDUAL:
         raise ValueError(
             f"signals of shapes {', '.join(str(array.shape) for array in arrays)} cannot be "
-            f"judged; give one length of at least {SHORTEST} samples"
+            f"judged; give one length of at least {SHORTEST_RESIDUAL} samples"
         )
     if not (all(np.isfinite(array).all() for array in arrays) and noise > 0.0):
         raise ValueError("every sample must be finite, and the noise positive")

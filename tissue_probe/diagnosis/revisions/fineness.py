@@ -11,7 +11,7 @@ from collections.abc import Sequence
 from tissue_probe.diagnosis.evidence.posterior import RIVAL
 from tissue_probe.diagnosis.fitting.accuracy import (
     DEGREES,
-    MOST,
+    MOST_PARTS,
     UNSEEN,
     doubt,
     in_more_parts,
@@ -23,7 +23,7 @@ from tissue_probe.diagnosis.observation.instrument import Instrument
 from tissue_probe.diagnosis.observation.measurement import Measurement
 
 #: Of the rule of integration: halving the step divides its error by 16.
-ORDER = 4
+RULE_ORDER = 4
 
 
 def finer(fit: Fit, instrument: Instrument) -> list[Measurement] | None:
@@ -32,7 +32,7 @@ def finer(fit: Fit, instrument: Instrument) -> list[Measurement] | None:
     None where that is as finely as they are, or where the samples are too few for it.
     """
     told = doubt(fit, instrument)
-    parts = min(math.ceil((told.step / UNSEEN) ** (1.0 / ORDER)), MOST)
+    parts = min(math.ceil((told.step / UNSEEN) ** (1.0 / RULE_ORDER)), MOST_PARTS)
     refined = [in_more_parts(each, max(parts, 1)) for each in fit.measurements]
     if told.course > UNSEEN:
         along = [smoother(each) or each for each in refined]

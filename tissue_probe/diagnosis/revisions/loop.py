@@ -16,7 +16,7 @@ from tissue_probe.diagnosis.revisions.table import Revision, observed_with
 #: How often samples are weighed anew: without corners, without those that hang on the position's
 #: noise, without outliers, with less noise or more, and with another motion in a noisy position:
 #: each once, and the noise again after them.
-ROUNDS = 6
+REVISION_ROUNDS = 6
 
 
 class Revisions:
@@ -32,7 +32,7 @@ class Revisions:
 
     def __init__(self, instrument: Instrument, given: Collection[str] = ()) -> None:
         self.names: list[str] = []
-        self._given, self._left, self._instrument = given, ROUNDS, instrument
+        self._given, self._left, self._instrument = given, REVISION_ROUNDS, instrument
 
     @property
     def instrument(self) -> Instrument:

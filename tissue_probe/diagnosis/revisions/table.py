@@ -24,7 +24,7 @@ from tissue_probe.diagnosis.revisions.fineness import finer
 from tissue_probe.diagnosis.revisions.noise import louder, quieter
 
 #: Name of the revision by which no 1/f noise is counted.
-FLICKER = "flicker"
+NO_FLICKER = "flicker"
 
 Revise = Callable[[Fit, Instrument], Sequence[Measurement] | None]
 """Returns the measurements of a fit, revised; None where there is nothing to revise."""
@@ -77,7 +77,7 @@ def _without_flicker(fit: Fit, instrument: Instrument) -> Sequence[Measurement] 
 
 def observed_with(instrument: Instrument, revisions: Sequence[str]) -> Instrument:
     """Return the instrument after revisions."""
-    return replace(instrument, flicker_noise=0.0) if FLICKER in revisions else instrument
+    return replace(instrument, flicker_noise=0.0) if NO_FLICKER in revisions else instrument
 
 
 _FINENESS = Revision("fineness", finer, ends=True)
@@ -104,5 +104,5 @@ OF_SINGLE = (Revision("colour", filter_measurements, feels_force, once=True), *O
 OF_LAST = (
     *OF_BEST,
     Revision(COURSE, told_anew, once=True),
-    Revision(FLICKER, _without_flicker, is_quiet, once=True),
+    Revision(NO_FLICKER, _without_flicker, is_quiet, once=True),
 )

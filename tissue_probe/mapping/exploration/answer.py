@@ -17,8 +17,8 @@ from numba import njit
 from scipy.spatial.distance import cdist
 
 from tissue_probe.errors import ParameterError
-from tissue_probe.mapping.posterior.check import LEAST, predictive_probability
-from tissue_probe.mapping.posterior.found import LEAST_PROBABILITY, LINK, Found
+from tissue_probe.mapping.posterior.check import LEAST_PASSED, predictive_probability
+from tissue_probe.mapping.posterior.found import LEAST_PROBABILITY, LINK, FoundInclusion
 from tissue_probe.mapping.posterior.prior import LOG_CONTRAST, LOG_RADIUS, X, Y
 from tissue_probe.mapping.posterior.sampled import LEAST_SITES, Sampled
 from tissue_probe.mapping.posterior.shape import metric
@@ -28,7 +28,7 @@ _MM = 1e3
 #: Neighbouring rays are a quarter of the radius apart at the boundary of an ellipse.
 _RAYS = 24
 #: Enough for a standard deviation that is right to 6 %.
-_MEMBERS = 150
+_DEVIATION_MEMBERS = 150
 _NUMBERS = ("no", "one", "two", "three", "four", "five", "six")
 
 
@@ -189,7 +189,7 @@ def answer(sampled: Sampled, sought: Sought = Sought(), *, checked: bool = True)
 
 def _holds(sampled: Sampled) -> bool:
     likely = predictive_probability(sampled.states, sampled.background, sampled.felt.log_k)
-    return likely >= LEAST
+    return likely >= LEAST_PASSED
 
 
 def _relevant(sampled: Sampled, sought: Sought) -> tuple[np.ndarray, FloatArray, int]:
@@ -205,7 +205,7 @@ def _relevant(sampled: Sampled, sought: Sought) -> tuple[np.ndarray, FloatArray,
     return state[large], each[large][:, [X, Y]], count.size
 
 
-def _distances(places: FloatArray, found: list[Found]) -> FloatArray:
+def _distances(places: FloatArray, found: list[FoundInclusion]) -> FloatArray:
     """Return how far places [mm] are from each inclusion's nearest part [mm]; (places, found)."""
     far = np.empty((len(places), len(found)))
     for column, one in zip(far.T, found, strict=True):
@@ -238,9 +238,9 @@ def _open(
     return told
 
 
-def _boundary_sd(one: Found) -> float:
+def _boundary_sd(one: FoundInclusion) -> float:
     """Return the standard deviation of the boundary along rays from the middle, rms [mm]."""
-    rows, count, _ = one.some(_MEMBERS)
+    rows, count, _ = one.some(_DEVIATION_MEMBERS)
     reach = np.zeros((count.size, _RAYS))
     _reaches(rows, count, *one.centre, reach)
     return float(np.sqrt(reach.var(axis=0).mean()))
@@ -248,7 +248,10 @@ def _boundary_sd(one: Found) -> float:
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _reaches(rows, count, x, y, out):
-    """Write how far the boundary is from a place [mm] along rays; rows as ``Found.some`` has."""
+    """Write how far the boundary is from a place [mm] along rays.
+
+    The rows are those of ``FoundInclusion.some``.
+    """
     for state in range(count.size):
         for part in range(count[state]):
             row = rows[state, part]

@@ -46,7 +46,7 @@ from tissue_probe.signals import FloatArray
 
 _MM = 1e3
 #: Enough for a covariance that is right to a tenth of the two deviations.
-_STATES = 100
+_CHOICE_STATES = 100
 #: Gains that differ by less are not told apart by so many states: of those the nearest is taken.
 #: Were the gain per second to decide among all, the probe would refine the edge of the first nodule
 #: as long as that is near, and reach the others last; the way to them has to be gone once anyway.
@@ -90,7 +90,7 @@ class Travel:
 
 
 #: That of the scan node, as its settings are without being told.
-USUAL = Travel()
+USUAL_TRAVEL = Travel()
 
 
 @dataclass(frozen=True)
@@ -128,7 +128,7 @@ def next_sites(
     start: tuple[float, float] | None = None,
     pending: Sequence[tuple[float, float]] = (),
     unreachable: Sequence[tuple[float, float]] = (),
-    travel: Travel = USUAL,
+    travel: Travel = USUAL_TRAVEL,
     purpose: Purpose = "both",
 ) -> list[NextSite]:
     """Return the next sites, in their order.
@@ -168,7 +168,7 @@ def next_sites(
     again = _choose_again(sampled, np.column_stack([x, y]), given)
     x, y = np.append(x, given[:, 0]), np.append(y, given[:, 1])
     candidates = x.size - len(given)
-    question = _Question.of(sampled, within, x, y)
+    question = _QuestionDeviations.of(sampled, within, x, y)
     begun = sampled.felt.x.size + len(given)
     turns = [
         purpose == "find" or (purpose == "both" and n % 2) for n in range(begun, begun + count)
@@ -227,7 +227,7 @@ def _choose_again(sampled: Sampled, places: FloatArray, given: FloatArray) -> li
     return found
 
 
-class _Question:
+class _QuestionDeviations:
     """The deviations of the states in what is in question, and in what sites would feel.
 
     ``inside`` has shape (states, places), ``felt`` (states, sites); both less their means.
@@ -238,12 +238,12 @@ class _Question:
         self._inside, self._felt, self.noise, self._cell = inside, felt, noise, cell
 
     @staticmethod
-    def of(sampled: Sampled, within: Polygon, x: FloatArray, y: FloatArray) -> _Question:
-        rows, count, level, kinds = sampled.states.some(_STATES)
+    def of(sampled: Sampled, within: Polygon, x: FloatArray, y: FloatArray) -> _QuestionDeviations:
+        rows, count, level, kinds = sampled.states.some(_CHOICE_STATES)
         px, py, step = spread(within, _PLACES)
         inside = inside_each(rows, count, _MM * px, _MM * py)
         felt, noise = _expect_background(sampled, rows, count, level, kinds, x, y)
-        return _Question(
+        return _QuestionDeviations(
             (inside - inside.mean(axis=0)).astype(np.float32),
             (felt - felt.mean(axis=0)).astype(np.float32),
             noise.astype(np.float32),

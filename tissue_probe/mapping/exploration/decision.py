@@ -11,7 +11,13 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from tissue_probe.mapping.exploration.answer import Answer, Sought, answer
-from tissue_probe.mapping.exploration.choice import USUAL, NextSite, Purpose, Travel, next_sites
+from tissue_probe.mapping.exploration.choice import (
+    USUAL_TRAVEL,
+    NextSite,
+    Purpose,
+    Travel,
+    next_sites,
+)
 from tissue_probe.mapping.exploration.first import first_sites
 from tissue_probe.mapping.polygon import Polygon
 from tissue_probe.mapping.posterior.sampled import Sampled
@@ -68,7 +74,7 @@ def decide(
     start: Place | None = None,
     pending: Sequence[Place] = (),
     unreachable: Sequence[Place] = (),
-    travel: Travel = USUAL,
+    travel: Travel = USUAL_TRAVEL,
 ) -> Decision:
     """Return the decision that follows from the sites so far.
 

@@ -16,12 +16,12 @@ from tissue_probe.mapping.polygon import Polygon
 
 #: Six coefficients of a trend and its noise are told by no fewer; the states do better with sites
 #: that they choose than with more of these.
-COUNT = 9
-_PLACES = 2000
+FIRST_SITES = 9
+_PLACES_TRIED = 2000
 
 
 def first_sites(
-    within: Polygon, no_go: Sequence[Polygon] = (), count: int = COUNT
+    within: Polygon, no_go: Sequence[Polygon] = (), count: int = FIRST_SITES
 ) -> list[tuple[float, float]]:
     """Return places [m] from each of which a like part of the area is nearest, on a short way.
 
@@ -30,7 +30,7 @@ def first_sites(
     ParameterError
         If no place of the area is left.
     """
-    x, y, _ = spread(within, _PLACES)
+    x, y, _ = spread(within, _PLACES_TRIED)
     allowed = np.ones(x.size, dtype=bool)
     for zone in no_go:
         allowed &= ~zone.contains(x, y)

@@ -19,7 +19,7 @@ from tissue_probe.mapping.posterior.moves import log_apart
 from tissue_probe.mapping.posterior.prior import (
     FURTHER,
     LOG_CONTRAST,
-    MOST,
+    MOST_INCLUSIONS,
     PARAMETERS,
     X,
     Y,
@@ -34,7 +34,7 @@ from tissue_probe.signals import FloatArray
 _DRAWN, _STATES = 500, 4
 #: Steps of a sequence of places that is more even than chance (M. Roberts, 2018): inverse powers of
 #: the root of t^3 = t + 1.
-_EVEN = (0.7548776662466927, 0.5698402909980532)
+_EVEN_STEPS = (0.7548776662466927, 0.5698402909980532)
 
 
 class Unseen:
@@ -93,8 +93,8 @@ def _draw(rows, box):
         row = rows[number]
         draw_shape(row)
         row[LOG_CONTRAST] = draw_contrast()
-        row[X] = box[0] + (box[1] - box[0]) * ((number * _EVEN[0]) % 1.0)
-        row[Y] = box[2] + (box[3] - box[2]) * ((number * _EVEN[1]) % 1.0)
+        row[X] = box[0] + (box[1] - box[0]) * ((number * _EVEN_STEPS[0]) % 1.0)
+        row[Y] = box[2] + (box[3] - box[2]) * ((number * _EVEN_STEPS[1]) % 1.0)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -106,7 +106,7 @@ def _add_likely(rows, state, count, x, y, precision, residual, total, likely):
     shape, change = np.empty(x.size), np.empty(x.size)
     where = np.empty(x.size, np.int64)
     for one in range(len(rows)):
-        apart = log_apart(state, count, rows[one], -1) if count < MOST else -np.inf
+        apart = log_apart(state, count, rows[one], -1) if count < MOST_INCLUSIONS else -np.inf
         if apart == -np.inf:
             continue
         write_shape(rows[one], x, y, shape)

@@ -18,7 +18,7 @@ from numba import njit
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
-from tissue_probe.mapping.posterior.found import Found
+from tissue_probe.mapping.posterior.found import FoundInclusion
 from tissue_probe.mapping.posterior.prior import (
     CONTRAST_SCALE,
     HARD,
@@ -41,10 +41,10 @@ _LEAST, _MOST = 20, 200
 #: Middles farther apart than so many times both radii are of no parts that touch.
 _FAR = 2.0
 #: Density of no difference between the log contrasts of two inclusions of the prior.
-_ALIKE = ((1.0 - SOFT) ** 2 + SOFT**2) / (4.0 * CONTRAST_SCALE)
+_DENSITY_ALIKE = ((1.0 - SOFT) ** 2 + SOFT**2) / (4.0 * CONTRAST_SCALE)
 
 
-def bodies_of(found: list[Found], area: float) -> list[Found]:
+def bodies_of(found: list[FoundInclusion], area: float) -> list[FoundInclusion]:
     """Return inclusions with the parts of each body joined, the most probable first.
 
     Parameters
@@ -65,11 +65,13 @@ def bodies_of(found: list[Found], area: float) -> list[Found]:
     first, second = np.transpose(pairs)
     graph = coo_array((np.ones(len(pairs)), (first, second)), shape=(len(found), len(found)))
     count, of = connected_components(graph, directed=False)
-    bodies = [Found.join_parts([found[i] for i in np.flatnonzero(of == n)]) for n in range(count)]
+    bodies = [
+        FoundInclusion.join_parts([found[i] for i in np.flatnonzero(of == n)]) for n in range(count)
+    ]
     return sorted(bodies, key=lambda one: -one.probability)
 
 
-def _odds(one: Found, other: Found, area: float) -> float:
+def _odds(one: FoundInclusion, other: FoundInclusion, area: float) -> float:
     """Return the odds that two inclusions, of a part each, are parts of one body."""
     radii = [float(np.median(each.members[:, LOG_RADIUS])) for each in (one, other)]
     if np.hypot(*(one.places - other.places)[0]) > _FAR * np.exp(radii).sum():
@@ -83,7 +85,7 @@ def _odds(one: Found, other: Found, area: float) -> float:
     ).T
     touch = _density_of_none(gap) * area / (2.0 * math.pi * float(distance.mean()))
     hardness = float(hard.mean()) / HARD**2
-    return _ONE * touch * hardness * _density_of_none(unlike) / _ALIKE
+    return _ONE * touch * hardness * _density_of_none(unlike) / _DENSITY_ALIKE
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

@@ -20,7 +20,7 @@ from tissue_probe.mapping.posterior.prior import LOG_ASPECT, LOG_RADIUS, X, Y
 from tissue_probe.mapping.posterior.shape import metric
 from tissue_probe.signals import FloatArray, IntArray
 
-_STEP = 0.5  # mm
+_BOUNDARY_STEP = 0.5  # mm
 #: Inclusions that are counted at most: a quantile of 5 % is then known to one part in seven.
 MEMBERS = 1000
 
@@ -109,9 +109,13 @@ def boundaries(rows: FloatArray, count: IntArray, places: FloatArray) -> dict[in
         Where its parts are [mm]: one line goes around all.
     """
     members = rows[np.arange(rows.shape[1]) < count[:, None]]
-    far = np.exp(members[:, LOG_RADIUS] + 0.5 * members[:, LOG_ASPECT]) + 2 * _STEP
+    far = np.exp(members[:, LOG_RADIUS] + 0.5 * members[:, LOG_ASPECT]) + 2 * _BOUNDARY_STEP
     x, y = (
-        np.arange((members[:, i] - far).min(), (members[:, i] + far).max() + _STEP, _STEP)
+        np.arange(
+            (members[:, i] - far).min(),
+            (members[:, i] + far).max() + _BOUNDARY_STEP,
+            _BOUNDARY_STEP,
+        )
         for i in (X, Y)
     )
     share = share_inside(members, count.size, x, y)

@@ -26,7 +26,7 @@ from tissue_probe.mapping.posterior.moves import (
     scratch_for,
 )
 from tissue_probe.mapping.posterior.outliers import propose_errors
-from tissue_probe.mapping.posterior.prior import MOST
+from tissue_probe.mapping.posterior.prior import MOST_INCLUSIONS
 
 #: Of all moves: birth or death, an inclusion drawn anew, the level, how each site errs; the rest
 #: changes an inclusion.
@@ -86,8 +86,11 @@ def run(
     """
     np.random.seed(seed)
     rungs, written, scratch = betas.size, 0, scratch_for(y.size)
-    count, level = ends[:, MOST, 0].astype(np.int64), ends[:, MOST, 1].astype(np.int64)
-    rows_of, Q = ends[:, :MOST].copy(), precision
+    count, level = (
+        ends[:, MOST_INCLUSIONS, 0].astype(np.int64),
+        ends[:, MOST_INCLUSIONS, 1].astype(np.int64),
+    )
+    rows_of, Q = ends[:, :MOST_INCLUSIONS].copy(), precision
     kinds_of = kinds.copy()
     states = [
         begin_state(rows_of[k], count[k], kinds_of[k], Q[level[k]], y, region) for k in range(rungs)
@@ -114,5 +117,5 @@ def run(
             written += 1
     for rung in range(rungs):
         k = at[rung]
-        ends[rung, :MOST], kinds[rung] = states[k].inclusions, states[k].kinds
-        ends[rung, MOST, 0], ends[rung, MOST, 1] = count[k], level[k]
+        ends[rung, :MOST_INCLUSIONS], kinds[rung] = states[k].inclusions, states[k].kinds
+        ends[rung, MOST_INCLUSIONS, 0], ends[rung, MOST_INCLUSIONS, 1] = count[k], level[k]

@@ -17,15 +17,15 @@ from scipy.spatial import cKDTree
 
 from tissue_probe.mapping.posterior.background import Background
 from tissue_probe.mapping.posterior.felt_surface import sums_at
-from tissue_probe.mapping.posterior.prior import MOST
+from tissue_probe.mapping.posterior.prior import MOST_INCLUSIONS
 from tissue_probe.mapping.posterior.sampling import States
 from tissue_probe.signals import FloatArray
 
 #: Of maps of which the model is right, one in a hundred fails: either property in one of 200.
-LEAST = 0.005
+LEAST_PASSED = 0.005
 #: Two standard deviations of the variation are then a contrast of 1.3.
 LARGEST_VARIATION = 0.13
-_STATES = 100
+_CHECK_STATES = 100
 #: Of data, from each of these states.
 _DRAWS = 4
 
@@ -37,9 +37,9 @@ def predictive_probability(states: States, background: Background, log_k: FloatA
     varies by more than ``LARGEST_VARIATION``.
     """
     sizes = background.levels.sizes[states.level % background.levels.sizes.size]
-    if np.median(states.count) > 0.75 * MOST or np.median(sizes) > LARGEST_VARIATION:
+    if np.median(states.count) > 0.75 * MOST_INCLUSIONS or np.median(sizes) > LARGEST_VARIATION:
         return 0.0
-    rows, count, level, kinds = states.some(_STATES)
+    rows, count, level, kinds = states.some(_CHECK_STATES)
     residuals = log_k - np.log(sums_at(rows, count, background.x, background.y))
     places = np.column_stack([background.x, background.y])
     neighbour = cKDTree(places).query(places, k=min(2, len(places)))[1].reshape(len(places), -1)

@@ -16,7 +16,7 @@ from scipy.spatial import ConvexHull, QhullError, cKDTree
 
 from tissue_probe.errors import ParameterError
 from tissue_probe.mapping.polygon import Polygon
-from tissue_probe.mapping.posterior.moves import Region
+from tissue_probe.mapping.posterior.moves import SitesRegion
 from tissue_probe.signals import FloatArray
 
 _MM = 1e3
@@ -87,9 +87,9 @@ class Domain:
         hull = _hull(np.concatenate([places, corners]), beyond)
         return Domain(spacing, max(_REACH * spacing, TIP), box, hull, places, hanging, within)
 
-    def region(self, x: FloatArray, y: FloatArray) -> Region:
+    def region(self, x: FloatArray, y: FloatArray) -> SitesRegion:
         """Return where the chains' sites x, y [mm] are, and where inclusions may be."""
-        return Region(x, y, self.spacing, self.box, self._hull.equations, self._hull.volume)
+        return SitesRegion(x, y, self.spacing, self.box, self._hull.equations, self._hull.volume)
 
     def raster(self, step: float) -> tuple[FloatArray, FloatArray]:
         """Return x and y of a raster over the box, its cells about ``step`` [mm] wide.

@@ -12,7 +12,7 @@ import numpy as np
 from tissue_probe.mapping.posterior.background import Background
 from tissue_probe.mapping.posterior.domain import Domain
 from tissue_probe.mapping.posterior.felt_surface import sums_at
-from tissue_probe.mapping.posterior.found import Found
+from tissue_probe.mapping.posterior.found import FoundInclusion
 from tissue_probe.mapping.posterior.outliers import VARIANCES
 from tissue_probe.mapping.posterior.sampling import States
 from tissue_probe.signals import FloatArray, IntArray
@@ -30,11 +30,11 @@ _SLIPPED = 0.1
 #: Places nearer than the tip's position is known are one [mm].
 _SAME = 0.2
 #: Enough for a median.
-_MEMBERS = 100
+_MEDIAN_MEMBERS = 100
 
 
 @dataclass(frozen=True)
-class Doubt:
+class SiteDoubt:
     """A site on which an inclusion hangs: it alone feels it, or there is none if it slipped.
 
     Attributes
@@ -59,9 +59,9 @@ class Doubt:
     probability: float
 
 
-def felt_by(one: Found, states: States, background: Background) -> IntArray:
+def felt_by(one: FoundInclusion, states: States, background: Background) -> IntArray:
     """Return the rows of the visits that feel an inclusion, in most states that have it."""
-    rows, count, chosen = one.some(_MEMBERS)
+    rows, count, chosen = one.some(_MEDIAN_MEMBERS)
     _, _, level, kinds = (each[chosen] for each in states.flat())
     added = np.log(sums_at(rows, count, background.x, background.y))
     told = np.diagonal(background.precision, axis1=1, axis2=2)[level]
@@ -71,8 +71,12 @@ def felt_by(one: Found, states: States, background: Background) -> IntArray:
 
 
 def doubts_of(
-    found: list[Found], felt: list[IntArray], states: States, domain: Domain, places: FloatArray
-) -> list[Doubt]:
+    found: list[FoundInclusion],
+    felt: list[IntArray],
+    states: States,
+    domain: Domain,
+    places: FloatArray,
+) -> list[SiteDoubt]:
     """Return the inclusions that hang on one site, where no other visit was, surest first.
 
     Parameters
@@ -88,7 +92,7 @@ def doubts_of(
     places : array, shape (n, 2)
         The sites [mm].
     """
-    doubts: list[Doubt] = []
+    doubts: list[SiteDoubt] = []
     aside = ASIDE * domain.spacing
     slipped = states.flat()[3] > 0
     for number, (one, rows) in enumerate(zip(found, felt, strict=True)):
@@ -102,7 +106,7 @@ def doubts_of(
         if visited or (instead.max() < _SLIPPED and not alone):
             continue
         x, y = _place_beside(places[row], one.centre, places, aside)
-        doubts.append(Doubt(number, row, alone, float(x), float(y), one.probability))
+        doubts.append(SiteDoubt(number, row, alone, float(x), float(y), one.probability))
     return doubts
 
 

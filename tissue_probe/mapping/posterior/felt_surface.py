@@ -25,7 +25,7 @@ from tissue_probe.mapping.posterior.shape import FADED, metric, write_shape
 from tissue_probe.signals import FloatArray, IntArray
 
 #: Enough for a standard deviation that is right to 9 %.
-_STATES = 64
+_SURFACE_STATES = 64
 #: The background is smooth: it is computed on a coarser raster, of so many places a side.
 _COARSE = 22
 
@@ -127,7 +127,7 @@ def surface_of(
     """
     coarse = [np.linspace(axis[0], axis[-1], _COARSE) for axis in (x, y)]
     places = [each.ravel() for each in np.meshgrid(*coarse)]
-    rows, count, level, kinds = states.some(_STATES)
+    rows, count, level, kinds = states.some(_SURFACE_STATES)
     of_sites = log_k - np.log(sums_at(rows, count, background.x, background.y))
     middle, variance = background.predict_background(level, kinds, of_sites, *places)
     first = np.exp(middle + 0.5 * variance).reshape(-1, _COARSE, _COARSE)

@@ -25,7 +25,7 @@ _CELL, _BLUR = 1.0, 1.5
 
 
 @dataclass(frozen=True)
-class Found:
+class FoundInclusion:
     """One inclusion as the states have it.
 
     Attributes
@@ -46,13 +46,13 @@ class Found:
     count: tuple[int, int]
 
     @staticmethod
-    def join_parts(parts: list[Found]) -> Found:
+    def join_parts(parts: list[FoundInclusion]) -> FoundInclusion:
         """Return the body of which these are the parts."""
         if len(parts) == 1:
             return parts[0]
         states = np.concatenate([one.states for one in parts])
         order = np.argsort(states, kind="stable")
-        return Found(
+        return FoundInclusion(
             np.concatenate([one.members for one in parts])[order],
             states[order],
             np.concatenate([one.places for one in parts]),
@@ -112,7 +112,7 @@ class Found:
         return float(np.exp(np.median(self.members[:, LOG_CONTRAST])))
 
 
-def found_in(states: States) -> list[Found]:
+def found_in(states: States) -> list[FoundInclusion]:
     """Return the inclusions of all states, the most probable first."""
     rows, count, _, _ = states.flat()
     shape = states.count.shape
@@ -120,7 +120,7 @@ def found_in(states: States) -> list[Found]:
     state, place = np.nonzero(present)
     inclusions = rows[state, place]
     free = np.ones(state.size, dtype=bool)
-    found: list[Found] = []
+    found: list[FoundInclusion] = []
     while free.sum() >= LEAST_PROBABILITY * count.size:
         near = _around_densest(inclusions[:, [X, Y]], free)
         members = _one_a_state(state, near)
@@ -130,7 +130,7 @@ def found_in(states: States) -> list[Found]:
             continue
         rows_of_it = inclusions[members]
         place = rows_of_it[:, [X, Y]].mean(axis=0, keepdims=True)
-        found.append(Found(rows_of_it, state[members], place, shape))
+        found.append(FoundInclusion(rows_of_it, state[members], place, shape))
     return sorted(found, key=lambda one: -one.probability)
 
 

@@ -23,9 +23,9 @@ from tissue_probe.mapping.posterior.sampling import States
 from tissue_probe.mapping.posterior.shape import squared_distance
 from tissue_probe.signals import FloatArray
 
-LARGEST = 10.0  # mm
+LARGEST_RADIUS = 10.0  # mm
 _STEP, _COARSE = 0.5, 2.0  # mm, of radii
-_STATES = 50
+_HIDDEN_STATES = 50
 #: Less probable than this is excluded.
 _EXCLUDED = 0.05
 #: A plateau with an edge as blunt as a tip makes it: steeper than that nothing is felt.
@@ -81,7 +81,7 @@ def _radii(places_x, places_y, excess, x, y, precision, weighted, rows, count, o
                         covered[s] = True
                         longest = math.exp(rows[s, m, LOG_RADIUS] + 0.5 * rows[s, m, LOG_ASPECT])
                         largest = max(largest, longest)
-            radius, step = LARGEST, _COARSE
+            radius, step = LARGEST_RADIUS, _COARSE
             while True:
                 if (
                     radius > 0.0
@@ -101,7 +101,7 @@ def _radii(places_x, places_y, excess, x, y, precision, weighted, rows, count, o
                     < _EXCLUDED
                 ):
                     radius -= step
-                elif step == _STEP or radius == LARGEST:
+                elif step == _STEP or radius == LARGEST_RADIUS:
                     break
                 else:
                     radius, step = radius + step - _STEP, _STEP
@@ -118,7 +118,7 @@ def could_hide(
     x: FloatArray,
     y: FloatArray,
 ) -> FloatArray:
-    """Return the largest radius [mm] at each place of the raster; NaN from ``LARGEST`` on.
+    """Return the largest radius [mm] at each place of the raster; NaN from ``LARGEST_RADIUS`` on.
 
     Parameters
     ----------
@@ -129,7 +129,7 @@ def could_hide(
     x, y : array
         The raster [mm].
     """
-    rows, count, level, kinds = states.some(_STATES)
+    rows, count, level, kinds = states.some(_HIDDEN_STATES)
     residuals = log_k - np.log(sums_at(rows, count, background.x, background.y))
     precision, weighted = np.zeros_like(background.precision[0]), np.empty_like(residuals)
     for out, used, erring, r in zip(weighted, level, kinds, residuals, strict=True):
@@ -140,4 +140,4 @@ def could_hide(
     _radii(
         x, y, contrast - 1.0, background.x, background.y, precision, weighted, rows, count, radii
     )  # fmt: skip
-    return np.where(radii >= LARGEST, np.nan, radii)
+    return np.where(radii >= LARGEST_RADIUS, np.nan, radii)

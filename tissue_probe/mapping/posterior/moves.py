@@ -29,8 +29,8 @@ from tissue_probe.mapping.posterior.prior import (
     LOG_CONTRAST,
     LOG_EXPONENT,
     LOG_RADIUS,
-    MOST,
-    OVERLAP,
+    MOST_INCLUSIONS,
+    OVERLAP_POWER,
     PARAMETERS,
     X,
     Y,
@@ -49,7 +49,7 @@ _ANYWHERE, _ANY_CONTRAST = 0.3, 0.5
 KINDS, _RESHAPES = 6, 3
 
 
-class Region(NamedTuple):
+class SitesRegion(NamedTuple):
     """Where sites and inclusions may be [mm].
 
     ``sx``, ``sy`` are the sites, ``spacing`` their distance, ``box`` a rectangle around all (least
@@ -65,7 +65,7 @@ class Region(NamedTuple):
     area: float
 
 
-class State(NamedTuple):
+class ChainState(NamedTuple):
     """Inclusions, shape (MOST, PARAMETERS), and what follows from them at the sites.
 
     ``shapes`` and ``excesses`` are g and e of each inclusion, ``sum_felt`` is 1 + sum e g, ``r``
@@ -126,7 +126,7 @@ def log_apart(rows, count, row, skipped):
             distance = math.hypot(rows[j, X] - row[X], rows[j, Y] - row[Y])
             both = math.exp(rows[j, LOG_RADIUS]) + math.exp(row[LOG_RADIUS])
             if distance < both:
-                total += OVERLAP * math.log(distance / both)
+                total += OVERLAP_POWER * math.log(distance / both)
     return total
 
 
@@ -341,7 +341,7 @@ def _leave_out(state, j, region, scratch):
 @njit(cache=True, nogil=True, error_model="numpy")
 def propose_birth(state, count, beta, region, scratch):
     """Propose one more inclusion; return how many there are then."""
-    if count == MOST:
+    if count == MOST_INCLUSIONS:
         return count
     new, shape, Q = scratch.new, scratch.shape, state.precision
     _weights(state.residual, Q, scratch.weights)
@@ -519,9 +519,9 @@ def changed_one(state, count, kind, beta, region, scratch):
 def begin_state(inclusions, count, kinds, Q, y, region):
     """Return the state of inclusions and of the kinds of errors of sites."""
     n = y.size
-    state = State(
-        inclusions, np.zeros((MOST, n)), np.zeros(MOST), np.ones(n), np.empty(n), np.empty(n),
-        kinds, np.empty((n, n)), np.empty(1),
+    state = ChainState(
+        inclusions, np.zeros((MOST_INCLUSIONS, n)), np.zeros(MOST_INCLUSIONS),
+        np.ones(n), np.empty(n), np.empty(n), kinds, np.empty((n, n)), np.empty(1),
     )  # fmt: skip
     state.log_det[0] = with_outliers(Q, kinds, state.precision)
     for j in range(count):

@@ -15,12 +15,12 @@ import numpy as np
 from numba import njit
 
 #: Standard deviations of log k: from what the usual noise nearly explains to a factor of two.
-SIZES = (0.05, 0.1, 0.2, 0.4, 0.8)
+OUTLIER_SIZES = (0.05, 0.1, 0.2, 0.4, 0.8)
 #: Extra variance of a site, by its kind; sites of the first are no outliers.
-VARIANCES = np.array([0.0, *(size**2 for size in SIZES)])
+VARIANCES = np.array([0.0, *(size**2 for size in OUTLIER_SIZES)])
 #: Beta prior of the share: 1 % on average. As wide as one that is no surer than that allows, since
 #: some instruments slip at none of a thousand sites, others at one of twenty.
-LEARNT = (1.0, 99.0)
+SHARE_PRIOR = (1.0, 99.0)
 #: A share that is stated is a beta prior as sure as that of so many sites.
 _STATED = 1e12
 
@@ -28,7 +28,7 @@ _STATED = 1e12
 def prior_of(share: float | None) -> np.ndarray:
     """Return the beta prior of the share of outliers: learnt where none is stated."""
     if share is None:
-        return np.array(LEARNT)
+        return np.array(SHARE_PRIOR)
     return _STATED * np.array([share, 1.0 - share])
 
 

@@ -13,12 +13,12 @@ from tissue_probe.errors import ParameterError
 from tissue_probe.mapping.polygon import Polygon
 from tissue_probe.mapping.posterior.background import Background
 from tissue_probe.mapping.posterior.boundary import MEMBERS, boundaries, share_inside
-from tissue_probe.mapping.posterior.check import LEAST, predictive_probability
-from tissue_probe.mapping.posterior.doubt import Doubt
+from tissue_probe.mapping.posterior.check import LEAST_PASSED, predictive_probability
+from tissue_probe.mapping.posterior.doubt import SiteDoubt
 from tissue_probe.mapping.posterior.felt_surface import sums_at, surface_of
-from tissue_probe.mapping.posterior.found import Found
+from tissue_probe.mapping.posterior.found import FoundInclusion
 from tissue_probe.mapping.posterior.hidden import could_hide
-from tissue_probe.mapping.posterior.process import LEVELS, map_of_process
+from tissue_probe.mapping.posterior.process import VARIANCE_LEVELS, map_of_process
 from tissue_probe.mapping.posterior.results import (
     Again,
     Check,
@@ -28,16 +28,16 @@ from tissue_probe.mapping.posterior.results import (
     SurfaceFelt,
     TissueBackground,
 )
-from tissue_probe.mapping.posterior.sampled import FORM, LEAST_SITES, Felt, Sampled
+from tissue_probe.mapping.posterior.sampled import FORM_ERROR, LEAST_SITES, FeltSites, Sampled
 from tissue_probe.mapping.posterior.sampling import AGREEMENT, States
 from tissue_probe.mapping.sites import Sites
 from tissue_probe.signals import FloatArray
 
 RASTER = 0.5e-3  # m
-CONTRAST = 1.5
+SOUGHT_CONTRAST = 1.5
 _MM = 1e3
 #: The background is the tissue that most places are like.
-_ALIKE = 0.25
+_MOST_ALIKE = 0.25
 #: States that tell P(inclusion) of a place: enough for an error of 2 %.
 _SHARE_STATES = 1000
 _TREND_STATES = 200
@@ -51,7 +51,7 @@ def map_of(
     sites: Sites,
     *,
     raster: float = RASTER,
-    contrast: float = CONTRAST,
+    contrast: float = SOUGHT_CONTRAST,
     within: Polygon | None = None,
     outliers: float | None = 0.0,
 ) -> PosteriorMap:
@@ -81,7 +81,7 @@ def map_of(
 
 
 def read_out(
-    sampled: Sampled, sites: Sites, *, raster: float = RASTER, contrast: float = CONTRAST
+    sampled: Sampled, sites: Sites, *, raster: float = RASTER, contrast: float = SOUGHT_CONTRAST
 ) -> PosteriorMap:
     """Return the map of sites whose states are known; errors as ``map_of``."""
     if not (math.isfinite(raster) and raster > 0.0):
@@ -94,8 +94,8 @@ def read_out(
     notes = [*sites.left_out, *_notes(felt, disagreement, probability)]
     step = _MM * raster
     x, y = domain.raster(step)
-    if probability < LEAST:
-        wide = Background.of(felt.x, felt.y, felt.t, felt.noise, LEVELS)
+    if probability < LEAST_PASSED:
+        wide = Background.of(felt.x, felt.y, felt.t, felt.noise, VARIANCE_LEVELS)
         model, (mean, sd, share, inclusions) = (
             "gaussian_process",
             map_of_process(wide, felt.log_k, felt.level, x, y),
@@ -122,11 +122,11 @@ def read_out(
     hidden = could_hide(states, background, felt.log_k, contrast, hx, hy)
     hidden[~domain.find_known(hx, hy)] = np.nan
     tissue = _tissue(states, background, felt)
-    alike = np.abs(mean[~unknown] / tissue.stiffness - 1.0) < _ALIKE
+    alike = np.abs(mean[~unknown] / tissue.stiffness - 1.0) < _MOST_ALIKE
     if alike.mean() < 0.5:
         notes.append(
-            f"only {alike.mean():.0%} of the tissue is within {_ALIKE:.0%} of the background of "
-            f"{tissue.stiffness:.0f} N/m: it is not certain which tissue is the background"
+            f"only {alike.mean():.0%} of the tissue is within {_MOST_ALIKE:.0%} of the background "
+            f"of {tissue.stiffness:.0f} N/m: it is not certain which tissue is the background"
         )
     chains, kept = states.count.shape
     return PosteriorMap(
@@ -139,7 +139,7 @@ def read_out(
     )
 
 
-def _notes(felt: Felt, disagreement: float, probability: float) -> list[str]:
+def _notes(felt: FeltSites, disagreement: float, probability: float) -> list[str]:
     told = _contradictions(felt)
     places = len(felt.visits)
     if places < LEAST_SITES:
@@ -152,15 +152,15 @@ def _notes(felt: Felt, disagreement: float, probability: float) -> list[str]:
         )
     if exact := int((felt.noise == 0.0).sum()):
         told.append(
-            f"k_sd is 0 at {exact} of {felt.x.size} sites: taken as exact, but for the {FORM:.0%} "
-            "by which an inclusion may have another form than the model's"
+            f"k_sd is 0 at {exact} of {felt.x.size} sites: taken as exact, but for the "
+            f"{FORM_ERROR:.0%} by which an inclusion may have another form than the model's"
         )
     if disagreement > AGREEMENT:
         told.append(
             f"two halves of the chains differ by {disagreement:.2f} in the probability of an "
             f"inclusion after all moves: read probabilities with this error"
         )
-    if probability < LEAST:
+    if probability < LEAST_PASSED:
         told.append(
             "inclusions on a smooth background do not explain the sites (posterior-predictive "
             f"probability {probability:.3f}): surface and inclusions are those of a Gaussian "
@@ -169,13 +169,13 @@ def _notes(felt: Felt, disagreement: float, probability: float) -> list[str]:
     return told
 
 
-def _contradictions(felt: Felt) -> list[str]:
+def _contradictions(felt: FeltSites) -> list[str]:
     """Say where visits of one place differ by far more than their errors."""
     told = []
     for rows in felt.visits:
         low, high = (int(rows[extreme(felt.log_k[rows])]) for extreme in (np.argmin, np.argmax))
         apart = felt.log_k[high] - felt.log_k[low]
-        if apart > math.log1p(_ALIKE) and apart > _SURE * math.hypot(*felt.noise[[low, high]]):
+        if apart > math.log1p(_MOST_ALIKE) and apart > _SURE * math.hypot(*felt.noise[[low, high]]):
             k = np.exp(felt.level + felt.log_k[[low, high]])
             told.append(
                 f"at x {felt.x[low]:.4g} mm, y {felt.y[low]:.4g} mm visits felt {k[0]:.4g} and "
@@ -185,7 +185,7 @@ def _contradictions(felt: Felt) -> list[str]:
     return told
 
 
-def _describe_doubt(one: Doubt, felt: Felt) -> str:
+def _describe_doubt(one: SiteDoubt, felt: FeltSites) -> str:
     hangs = "is felt by one site" if one.alone else "is none if one site slipped"
     return (
         f"the inclusion at the site at x {felt.x[one.row]:.4g} mm, y {felt.y[one.row]:.4g} mm, "
@@ -195,7 +195,12 @@ def _describe_doubt(one: Doubt, felt: Felt) -> str:
 
 
 def _inclusion(
-    one: Found, felt_by: int, mean: FloatArray, sd: FloatArray, x: FloatArray, y: FloatArray
+    one: FoundInclusion,
+    felt_by: int,
+    mean: FloatArray,
+    sd: FloatArray,
+    x: FloatArray,
+    y: FloatArray,
 ) -> Inclusion:
     centre = one.centre
     row, column = (int(np.abs(axis - at).argmin()) for axis, at in ((y, centre[1]), (x, centre[0])))
@@ -212,7 +217,7 @@ def _inclusion(
     )
 
 
-def _tissue(states: States, background: Background, felt: Felt) -> TissueBackground:
+def _tissue(states: States, background: Background, felt: FeltSites) -> TissueBackground:
     """Return the background: of each state the trend, less what its inclusions add; their median.
 
     A site alone may lie on an inclusion or not, and states differ by that: their spread is in the

@@ -17,12 +17,12 @@ from numba import njit
 X, Y, LOG_RADIUS, LOG_CONTRAST, LOG_EXPONENT, LOG_ASPECT, ANGLE = range(7)
 PARAMETERS = 7
 #: An inclusion more than so many is the sign of a model that does not fit.
-MOST = 16
+MOST_INCLUSIONS = 16
 
 #: Of each further inclusion over one fewer.
 FURTHER = 0.6
 #: Two whose distance is a share of the sum of their radii are so likely: that share to this power.
-OVERLAP = 8.0
+OVERLAP_POWER = 8.0
 #: The felt radius, at half height [mm]. A tip of 3 mm radius feels nothing narrower than about
 #: itself; inclusions that are sought have 3 to 10 mm (nodules in lung and liver, prostate).
 RADIUS, RADIUS_SPREAD = 4.5, 0.4

@@ -22,7 +22,7 @@ from tissue_probe.signals import FloatArray
 
 _MM = 1e3
 #: From what a plain map varies by to stiffness over orders of magnitude.
-LEVELS = Levels(
+VARIANCE_LEVELS = Levels(
     np.geomspace(0.003, 1.0, 12),
     tuple((0.97, length, 0.25) for length in (3.0, 6.0, 12.0, 24.0)),
     usual=1.0,
@@ -46,7 +46,7 @@ def map_of_process(
     Parameters
     ----------
     background : Background
-        Of the sites, at ``LEVELS``.
+        Of the sites, at ``VARIANCE_LEVELS``.
     log_k : array, shape (n,)
         log of the stiffness at the sites, less ``level``.
     x, y : array

@@ -15,8 +15,8 @@ from tissue_probe.mapping.polygon import Polygon
 from tissue_probe.mapping.posterior.background import Background
 from tissue_probe.mapping.posterior.bodies import bodies_of
 from tissue_probe.mapping.posterior.domain import Domain
-from tissue_probe.mapping.posterior.doubt import Doubt, doubts_of, felt_by
-from tissue_probe.mapping.posterior.found import Found, found_in
+from tissue_probe.mapping.posterior.doubt import SiteDoubt, doubts_of, felt_by
+from tissue_probe.mapping.posterior.found import FoundInclusion, found_in
 from tissue_probe.mapping.posterior.outliers import prior_of
 from tissue_probe.mapping.posterior.sampling import AGREEMENT, STRETCH, Chains, States
 from tissue_probe.mapping.sites import Sites
@@ -28,11 +28,11 @@ LEAST_SITES = 4
 #: How far an inclusion's true form is from the model's, relative to k at a site. Those of finite
 #: elements are off by 0.5 % (rms), and by 2 % where most. Sites that are more exact would be
 #: explained by further inclusions, which are not there, and each chain would find some of its own.
-FORM = 0.02
+FORM_ERROR = 0.02
 
 
 @dataclass(frozen=True)
-class Felt:
+class FeltSites:
     """The sites that tell something, in mm, in an order that does not depend on theirs."""
 
     x: FloatArray
@@ -43,7 +43,7 @@ class Felt:
     level: float
 
     @staticmethod
-    def of(sites: Sites) -> Felt:
+    def of(sites: Sites) -> FeltSites:
         """Return the sites that tell something."""
         felt = np.flatnonzero(sites.felt)
         keys = [sites.k_sd, sites.k, *([sites.t] if sites.t is not None else []), sites.y, sites.x]
@@ -52,7 +52,7 @@ class Felt:
         level = float(np.median(log_k))
         t = sites.t[felt] if sites.t is not None else None
         noise = sites.k_sd[felt] / sites.k[felt]
-        return Felt(_MM * sites.x[felt], _MM * sites.y[felt], t, log_k - level, noise, level)
+        return FeltSites(_MM * sites.x[felt], _MM * sites.y[felt], t, log_k - level, noise, level)
 
     @property
     def visits(self) -> list[IntArray]:
@@ -82,11 +82,11 @@ class Sampled:
         Largest difference between two halves of the chains in the probability of an inclusion.
     """
 
-    felt: Felt
+    felt: FeltSites
     domain: Domain
     background: Background
     states: States
-    found: list[Found]
+    found: list[FoundInclusion]
     disagreement: float
 
     @cached_property
@@ -95,7 +95,7 @@ class Sampled:
         return [felt_by(one, self.states, self.background) for one in self.found]
 
     @cached_property
-    def doubts(self) -> list[Doubt]:
+    def doubts(self) -> list[SiteDoubt]:
         """The inclusions that hang on one site, and where to palpate again; surest first."""
         places = np.column_stack([self.felt.x, self.felt.y])
         return doubts_of(self.found, self.felt_by, self.states, self.domain, places)
@@ -134,10 +134,10 @@ class Sampled:
             raise ParameterError(
                 f"none of {sites.x.size} sites has a stiffness above 0: there is nothing to map"
             )
-        felt = Felt.of(sites)
+        felt = FeltSites.of(sites)
         hanging = _MM * np.column_stack([sites.x, sites.y])[sites.hanging]
         domain = Domain.of(felt.x, felt.y, hanging, within)
-        error = np.hypot(felt.noise, FORM)
+        error = np.hypot(felt.noise, FORM_ERROR)
         background = Background.of(felt.x, felt.y, felt.t, error)
         region = domain.region(felt.x, felt.y)
         chains = Chains(felt.log_k, region, background, prior_of(outliers))

@@ -12,8 +12,8 @@ import numpy as np
 
 from tissue_probe.mapping.posterior.background import Background
 from tissue_probe.mapping.posterior.chain import run
-from tissue_probe.mapping.posterior.moves import Region
-from tissue_probe.mapping.posterior.prior import MOST, PARAMETERS
+from tissue_probe.mapping.posterior.moves import SitesRegion
+from tissue_probe.mapping.posterior.prior import MOST_INCLUSIONS, PARAMETERS
 from tissue_probe.signals import FloatArray, IntArray
 
 CHAINS = 4
@@ -57,7 +57,7 @@ class States:
         Shapes (states, MOST, PARAMETERS), (states,), (states,) and (states, n).
         """
         return (
-            self.inclusions.reshape(-1, MOST, PARAMETERS),
+            self.inclusions.reshape(-1, MOST_INCLUSIONS, PARAMETERS),
             self.count.ravel(),
             self.level.ravel(),
             self.kinds.reshape(self.count.size, -1),
@@ -96,14 +96,14 @@ class Chains:
     """
 
     def __init__(
-        self, y: FloatArray, region: Region, background: Background, outliers: FloatArray
+        self, y: FloatArray, region: SitesRegion, background: Background, outliers: FloatArray
     ) -> None:
         self._data = (y, region, background.precision, background.log_weight, outliers)
         self._seeds = np.random.default_rng(_digest(y, region.sx, region.sy))
-        self._ends = np.zeros((CHAINS, _BETAS.size, MOST + 1, PARAMETERS))
+        self._ends = np.zeros((CHAINS, _BETAS.size, MOST_INCLUSIONS + 1, PARAMETERS))
         # The chains begin at levels of their own, and without inclusions.
         levels = np.linspace(0, background.log_weight.size - 1, CHAINS).astype(int)
-        self._ends[:, :, MOST, 1] = levels[:, None]
+        self._ends[:, :, MOST_INCLUSIONS, 1] = levels[:, None]
         self._kinds = np.zeros((CHAINS, _BETAS.size, y.size), dtype=np.int8)
         self.stretches = 0
 
@@ -122,7 +122,7 @@ class Chains:
 
     def _run(self, steps: int) -> States:
         kept = steps // _THIN
-        rows = np.zeros((CHAINS, kept, MOST, PARAMETERS))
+        rows = np.zeros((CHAINS, kept, MOST_INCLUSIONS, PARAMETERS))
         count, level = (np.zeros((CHAINS, kept), dtype=np.int64) for _ in range(2))
         kinds = np.zeros((CHAINS, kept, self._data[0].size), dtype=np.int8)
         for i in range(CHAINS):

@@ -42,7 +42,7 @@ _log = logging.getLogger(__name__)
 SAMPLES = "tissue_probe_msgs/msg/ProbeSamples"
 SITE = "tissue_probe_msgs/msg/PalpationSite"
 ESTIMATE = "tissue_probe_msgs/msg/TissueEstimate"
-MAP = "tissue_probe_msgs/msg/StiffnessMap"
+MAP_MESSAGE = "tissue_probe_msgs/msg/StiffnessMap"
 
 Content = TypeVar("Content")
 
@@ -142,7 +142,7 @@ class Decoder:
             return convert(decode(message.data))
         except RecordingError:
             raise
-        except _NONSENSE as error:
+        except _DECODING_ERRORS as error:
             raise RecordingError(
                 f"{self._path}: the message of {message.topic} logged at {message.log_time} ns is "
                 f"not a valid {message.typename}: {_first_line(error) or 'it has no content'}"
@@ -160,8 +160,10 @@ def _first_line(error: Exception) -> str:
 
 
 # Errors of rosbags on damaged content.
-_NONSENSE = (SerdeError, AttributeError, ValueError, AssertionError, LookupError, OverflowError,
-             struct.error, MemoryError)  # fmt: skip
+_DECODING_ERRORS = (
+    SerdeError, AttributeError, ValueError, AssertionError, LookupError, OverflowError,
+    struct.error, MemoryError,
+)  # fmt: skip
 
 
 def _deserializer(topic: Topic) -> Callable[[bytes], Any]:

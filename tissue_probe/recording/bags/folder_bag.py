@@ -22,7 +22,7 @@ _log = logging.getLogger(__name__)
 METADATA = "metadata.yaml"
 """The file that ``ros2 bag`` writes beside the others."""
 
-_FILE = re.compile(r".*\.(mcap|db3)(\.zstd)?")
+_FILE_PATTERN = re.compile(r".*\.(mcap|db3)(\.zstd)?")
 
 
 class FolderBag:
@@ -55,7 +55,9 @@ def files_of(folder: Path) -> list[Path]:
     RecordingError
         If there are none, or several and no ``metadata.yaml``: they may be separate runs.
     """
-    found = sorted((file for file in folder.iterdir() if _FILE.fullmatch(file.name)), key=_number)
+    found = sorted(
+        (file for file in folder.iterdir() if _FILE_PATTERN.fullmatch(file.name)), key=_number
+    )
     packed = {file.name for file in found}
     files = [file for file in found if f"{file.name}.zstd" not in packed]
     if not files:

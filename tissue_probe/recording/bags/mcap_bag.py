@@ -27,8 +27,8 @@ from mcap.writer import MCAP0_MAGIC
 
 from tissue_probe.recording.bags.bag import RawMessage, Topic
 from tissue_probe.recording.bags.unpacking import (
-    DAMAGED,
-    LARGEST,
+    LARGEST_UNPACKED,
+    UNPACKING_ERRORS,
     Budget,
     unpack,
     unpack_beginning,
@@ -46,7 +46,7 @@ _LENGTH = Struct("<Q")  # of the packed bytes
 _UP_TO_CRC = 16  # bytes of a footer before the summary's checksum, which counts them too
 _BLOCK = 2**20
 _NO_SCHEMA = Schema(id=0, data=b"", encoding="", name="")
-_NONSENSE = (McapError, struct.error, ValueError, OverflowError)  # errors of parsing damage
+_MCAP_ERRORS = (McapError, struct.error, ValueError, OverflowError)  # errors of parsing damage
 _MAY_STAND_ALONE = (Opcode.SCHEMA, Opcode.CHANNEL, Opcode.MESSAGE)  # or in a chunk
 
 
@@ -228,7 +228,7 @@ class McapBag:
                         "%s describes channel %d twice and differently; the first holds: %s",
                         self._name, channel.id, self._channels[channel.id].name,
                     )  # fmt: skip
-        except _NONSENSE as error:
+        except _MCAP_ERRORS as error:
             _log.warning("%s: skipping a damaged definition (%s)", self._name, error)
 
     def _topic(self, channel: Channel) -> Topic:
@@ -246,8 +246,8 @@ class McapBag:
         if not part.chunk:
             return _content(file, part.begin, part.end)
         try:
-            if part.end - part.begin > LARGEST:
-                raise ValueError(f"it is longer than {LARGEST >> 20} MiB")
+            if part.end - part.begin > LARGEST_UNPACKED:
+                raise ValueError(f"it is longer than {LARGEST_UNPACKED >> 20} MiB")
             content = _content(file, part.begin, part.end)
             if part.cut:
                 return _read_beginning(self._name, content)
@@ -258,17 +258,17 @@ class McapBag:
             return data
         except RecordingError:
             raise
-        except (*DAMAGED, *_NONSENSE) as error:
+        except (*UNPACKING_ERRORS, *_MCAP_ERRORS) as error:
             self._warn_of_damage(part, str(error))
             return b""
 
     def _parse_record(self, kind: type, file: BinaryIO, begin: int, end: int) -> object:
         """Return a record; None, with a warning, of one that is damaged."""
         try:
-            if end - begin > LARGEST:
-                raise ValueError(f"it is longer than {LARGEST >> 20} MiB")
+            if end - begin > LARGEST_UNPACKED:
+                raise ValueError(f"it is longer than {LARGEST_UNPACKED >> 20} MiB")
             return kind.read(_stream(_content(file, begin, end)))
-        except _NONSENSE as error:
+        except _MCAP_ERRORS as error:
             _log.warning(
                 "%s: skipping the damaged %s at byte %d (%s)",
                 self._name, kind.__name__.lower(), begin, error,

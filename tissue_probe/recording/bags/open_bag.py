@@ -14,7 +14,7 @@ from tissue_probe.recording.bags.folder_bag import FolderBag, files_of
 from tissue_probe.recording.bags.unpacking import is_packed, unpack_file
 from tissue_probe.recording.errors import RecordingError
 
-_CALLED = (".mcap", ".db3", ".bag", ".zstd")
+_BAG_ENDINGS = (".mcap", ".db3", ".bag", ".zstd")
 _MCAP, _SQLITE, _ROS1 = _MAGICS = (b"\x89MCAP0\r\n", b"SQLite format 3\0", b"#ROSBAG V")
 
 
@@ -50,7 +50,7 @@ def is_bag(path: str | Path) -> bool:
     if path.is_dir():
         return True
     head = _head(path)
-    return head.startswith(_MAGICS) or is_packed(head) or path.suffix in _CALLED
+    return head.startswith(_MAGICS) or is_packed(head) or path.suffix in _BAG_ENDINGS
 
 
 def _open_file(path: Path, name: Path) -> Bag:

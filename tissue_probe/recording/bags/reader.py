@@ -92,7 +92,7 @@ def read_map(path: str | Path) -> RecordedMap | None:
         If it is no bag that can be read.
     """
     bag = open_bag(path)
-    topics = {topic.name: topic for topic in topics_of_type(bag, decoding.MAP)}
+    topics = {topic.name: topic for topic in topics_of_type(bag, decoding.MAP_MESSAGE)}
     last = deque(by_log_time(bag, topics), maxlen=1)
     if not last:
         return None

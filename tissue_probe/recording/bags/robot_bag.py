@@ -17,7 +17,7 @@ from tissue_probe.recording.robot.adapter import Adapter
 from tissue_probe.recording.robot.settings import RobotSettings
 from tissue_probe.signals import Recording, SampleBlock, join
 
-TOGETHER = 4096
+MESSAGES_TOGETHER = 4096
 """Messages between two looks at new poses and forces: each look costs as much as some tens of them,
 and as many wait in memory."""
 
@@ -76,7 +76,7 @@ def _blocks(
         decoder, take = takers[raw.topic]
         for _ in decoder.decode([raw], take):
             pass
-        if number % TOGETHER == TOGETHER - 1:
+        if number % MESSAGES_TOGETHER == MESSAGES_TOGETHER - 1:
             yield from adapter.samples()
     yield from adapter.samples()
 

@@ -15,11 +15,18 @@ from rosbags.rosbag1 import Reader, ReaderError
 from rosbags.rosbag1.reader import Header, IndexData, RecordType, decompressors
 
 from tissue_probe.recording.bags.bag import RawMessage, Topic
-from tissue_probe.recording.bags.unpacking import DAMAGED, Budget, unpack
+from tissue_probe.recording.bags.unpacking import UNPACKING_ERRORS, Budget, unpack
 from tissue_probe.recording.errors import RecordingError
 
 # Errors of rosbags on damaged content.
-_NONSENSE = (ReaderError, struct.error, AssertionError, LookupError, OverflowError, *DAMAGED)
+_ROS1_ERRORS = (
+    ReaderError,
+    struct.error,
+    AssertionError,
+    LookupError,
+    OverflowError,
+    *UNPACKING_ERRORS,
+)
 _PACKINGS = {decompressor: packing for packing, decompressor in decompressors.items()}
 
 
@@ -86,7 +93,7 @@ class Ros1Bag:
                 yield reader
         except RecordingError:
             raise
-        except _NONSENSE as error:
+        except _ROS1_ERRORS as error:
             raise RecordingError(
                 f"{self._name} is damaged ({error}); 'rosbag reindex {self._name}' of ROS 1 may "
                 "mend it"

@@ -17,7 +17,7 @@ from tissue_probe.recording.writing.writer import McapWriter
 from tissue_probe.signals import NANOSECONDS, PalpationSite, SampleBlock
 
 TOPIC, SITES_TOPIC = "/probe/samples", "/probe/palpation_site"
-MESSAGE = 100
+SAMPLES_IN_MESSAGE = 100
 """Samples in one message."""
 
 
@@ -66,8 +66,8 @@ def write_samples_bag(
 
 def _samples(types: Any, blocks: Sequence[SampleBlock]) -> Iterator[tuple[int, Any]]:
     for block in blocks:
-        for first in range(0, len(block), MESSAGE):
-            part = block[first : first + MESSAGE]
+        for first in range(0, len(block), SAMPLES_IN_MESSAGE):
+            part = block[first : first + SAMPLES_IN_MESSAGE]
             message = types[SAMPLES](
                 _header(types, part.stamp, "probe"),
                 part.sequence,

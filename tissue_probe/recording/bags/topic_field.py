@@ -47,7 +47,7 @@ INPUT2_FIELDS = {
 """The same of a further channel."""
 
 _LATEST = 2**63 - 1  # ns; in 292 years from 1970: a later time is damage
-_STEP = re.compile(r"\.?(\w+)|\[([^\]]+)\]")
+_STEP_PATTERN = re.compile(r"\.?(\w+)|\[([^\]]+)\]")
 
 
 @dataclass(frozen=True)
@@ -116,7 +116,9 @@ def read_field(
         if frame and own != frame:
             continue
         if raw.channel not in steps:
-            steps[raw.channel] = _STEP.findall(asked or _default(path, raw.channel, defaults))
+            steps[raw.channel] = _STEP_PATTERN.findall(
+                asked or _default(path, raw.channel, defaults)
+            )
         logged.append(min(raw.log_time, _LATEST))
         stamps.append(header.stamp.sec * NANOSECONDS + header.stamp.nanosec if header else 0)
         values.append(_value(path, message, steps[raw.channel], topic))

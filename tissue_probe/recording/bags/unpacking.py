@@ -14,7 +14,7 @@ from lz4.frame import LZ4FrameDecompressor
 
 from tissue_probe.recording.errors import RecordingError
 
-LARGEST = 256 * 2**20
+LARGEST_UNPACKED = 256 * 2**20
 """Most that one chunk or message may unpack to [bytes]. A writer holds a chunk in memory until it
 is full, 1 to 4 MiB as writers come; so does a reader."""
 
@@ -22,13 +22,13 @@ TOTAL, RATIO = 4 * 2**30, 200
 """Most that a file may unpack to: so many bytes, or so many times its size if that is more.
 Messages differ at least in their times, of which no packing leaves much less than a hundredth."""
 
-DAMAGED = (zstandard.ZstdError, RuntimeError, EOFError, OSError, ValueError)
+UNPACKING_ERRORS = (zstandard.ZstdError, RuntimeError, EOFError, OSError, ValueError)
 """Errors of unpacking damaged bytes."""
 
 _ZSTD_MAGIC = b"\x28\xb5\x2f\xfd"
 _BLOCK = 2**20
 #: Bytes of a chunk that was cut off which are unpacked at once: no more come out than memory holds.
-_PIECE = 2**10
+_PIECE_UNPACKED = 2**10
 
 
 def unpack(name: object, packing: str, data: bytes, size: int) -> bytes:
@@ -48,11 +48,11 @@ def unpack(name: object, packing: str, data: bytes, size: int) -> bytes:
     Raises
     ------
     RecordingError
-        If more than ``LARGEST`` would come out of it.
-    DAMAGED
+        If more than ``LARGEST_UNPACKED`` would come out of it.
+    UNPACKING_ERRORS
         If it is damaged, or another size than it says.
     """
-    most = min(size, LARGEST) + 1  # one more tells that there is more
+    most = min(size, LARGEST_UNPACKED) + 1  # one more tells that there is more
     match packing:
         case "" | "none":
             return data
@@ -64,8 +64,8 @@ def unpack(name: object, packing: str, data: bytes, size: int) -> bytes:
             found = bz2.BZ2Decompressor().decompress(data, most)
         case _:
             raise ValueError(f"it is packed as '{packing}', which is not known")
-    if len(found) > LARGEST:
-        raise _too_large(name, f"a chunk of it unpacks to more than {LARGEST >> 20} MiB")
+    if len(found) > LARGEST_UNPACKED:
+        raise _too_large(name, f"a chunk of it unpacks to more than {LARGEST_UNPACKED >> 20} MiB")
     if len(found) != size:
         raise ValueError(f"it says that it unpacks to {size} bytes, and does not")
     return found
@@ -84,7 +84,7 @@ def unpack_beginning(name: object, packing: str, data: bytes) -> bytes:
     Raises
     ------
     RecordingError
-        If more than ``LARGEST`` would come out of it.
+        If more than ``LARGEST_UNPACKED`` would come out of it.
     """
     if packing in ("", "none"):
         return data
@@ -96,13 +96,15 @@ def unpack_beginning(name: object, packing: str, data: bytes) -> bytes:
     if packing not in streams:
         return b""
     stream, found = streams[packing](), bytearray()
-    for begin in range(0, len(data), _PIECE):
+    for begin in range(0, len(data), _PIECE_UNPACKED):
         try:
-            found += stream.decompress(data[begin : begin + _PIECE])
-        except DAMAGED:
+            found += stream.decompress(data[begin : begin + _PIECE_UNPACKED])
+        except UNPACKING_ERRORS:
             break
-        if len(found) > LARGEST:
-            raise _too_large(name, f"a chunk of it unpacks to more than {LARGEST >> 20} MiB")
+        if len(found) > LARGEST_UNPACKED:
+            raise _too_large(
+                name, f"a chunk of it unpacks to more than {LARGEST_UNPACKED >> 20} MiB"
+            )
     return bytes(found)
 
 
@@ -119,11 +121,11 @@ def unpack_message(name: object, data: bytes, budget: Budget) -> bytes:
     if not data.startswith(_ZSTD_MAGIC):
         return data
     try:
-        found = zstandard.ZstdDecompressor().stream_reader(data).read(LARGEST + 1)
+        found = zstandard.ZstdDecompressor().stream_reader(data).read(LARGEST_UNPACKED + 1)
     except zstandard.ZstdError as error:
         raise RecordingError(f"{name}: a message that is packed by zstd is damaged") from error
-    if len(found) > LARGEST:
-        raise _too_large(name, f"a message of it unpacks to more than {LARGEST >> 20} MiB")
+    if len(found) > LARGEST_UNPACKED:
+        raise _too_large(name, f"a message of it unpacks to more than {LARGEST_UNPACKED >> 20} MiB")
     budget.spend(len(found))
     return found
 

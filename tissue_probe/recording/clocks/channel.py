@@ -18,13 +18,13 @@ REACH = 2.5
 """Between messages further apart than so many periods nothing is known; one that is lost is
 bridged, as in ``even_grid.interpolate``."""
 
-HELD = 10 * NANOSECONDS
+LONGEST_HELD = 10 * NANOSECONDS
 """How long messages wait for those of the other topic [ns]: twice the time that DDS's queues keep
 (``nodes.qos.BLOCKS``). Messages that wait longer are dropped, so that a topic that ended fills no
 memory."""
 
 
-class Entry(NamedTuple):
+class ChannelEntry(NamedTuple):
     """A message: stamp [ns], values to interpolate, and where the robot is, which may not jump."""
 
     stamp: int
@@ -101,9 +101,9 @@ class Channel:
         self.pieces: deque[Piece] = deque([Piece(0, 0)])
         self.faults: dict[str, Fault] = {}
         self.taken = 0
-        self.latest: Entry | None = None
-        self._doubted: Entry | None = None
-        self._same: Entry | None = None
+        self.latest: ChannelEntry | None = None
+        self._doubted: ChannelEntry | None = None
+        self._same: ChannelEntry | None = None
 
     def leave_out(self, kind: str, sentence: str) -> None:
         """Count something that was wrong; the sentence follows the topic's name."""
@@ -112,7 +112,7 @@ class Channel:
 
     def take(self, stamp: int, row: tuple[float, ...], place: tuple[float, ...] = ()) -> None:
         """Take the next message."""
-        entry = Entry(stamp, row, place)
+        entry = ChannelEntry(stamp, row, place)
         if self._is_hanging(entry):
             self.leave_out("hanging", "repeats one value to the last bit: does its sensor hang?")
             return
@@ -123,7 +123,7 @@ class Channel:
         else:
             self._use(entry)
 
-    def _is_hanging(self, entry: Entry) -> bool:
+    def _is_hanging(self, entry: ChannelEntry) -> bool:
         if not self._hangs:
             return False
         same = self._same
@@ -132,7 +132,7 @@ class Channel:
             return False
         return any(entry.row) and entry.stamp - same.stamp > LONGEST_SILENCE
 
-    def _settle(self, entry: Entry) -> None:
+    def _settle(self, entry: ChannelEntry) -> None:
         """Use the message that was doubted, unless this one goes on from those before it."""
         doubted, self._doubted = self._doubted, None
         stray = (
@@ -145,7 +145,7 @@ class Channel:
         else:
             self._use(doubted)
 
-    def _use(self, entry: Entry) -> None:
+    def _use(self, entry: ChannelEntry) -> None:
         """Add a message to the present piece, or begin another with it."""
         piece, before = self.pieces[-1], self.latest
         if before is not None:
@@ -188,8 +188,8 @@ class Channel:
         return False
 
     def forget_oldest(self) -> None:
-        """Let go of messages that have waited for longer than ``HELD``."""
-        excess = sum(len(piece.stamps) for piece in self.pieces) - round(HELD / self.period)
+        """Let go of messages that have waited for longer than ``LONGEST_HELD``."""
+        excess = sum(len(piece.stamps) for piece in self.pieces) - round(LONGEST_HELD / self.period)
         while excess > 0:
             first = self.pieces[0]
             count = min(excess, len(first.stamps))

@@ -18,24 +18,24 @@ import numpy as np
 
 from tissue_probe.signals import NANOSECONDS, BoolArray, FloatArray, IntArray
 
-WORTH_TELLING = 1_000_000
+SHIFT_WORTH_TELLING = 1_000_000
 """Shifts in time that matter [ns]: T between force and position shifts the damping by k T, 1 ms at
 500 N/m by 0.5 N s/m, which is a tenth of that of soft tissue."""
 
-BLOCK = 16
+BLOCK_MESSAGES = 16
 """Messages whose median delay is compared with that of others: the jitter of single messages, much
 larger, does not look like a step then."""
 
-CERTAIN = 8.0
+STEP_DEVIATIONS = 8.0
 """Standard deviations by which a change of the median delay stands out among all of a recording."""
 
-RUN = 8
+MESSAGES_AROUND = 8
 """Messages before and after a step back that show whether it lasts, or one message came late."""
 
-PIECE = 2**16
+BLOCKS_TOGETHER = 2**16
 """Blocks that are looked at together: of a long bag, each array more fills the memory."""
 
-MANY = 256
+MESSAGES_BESIDE = 256
 """Messages on each side of a step whose median delays tell its size, to a sixteenth of the jitter.
 """
 
@@ -45,7 +45,7 @@ ROLLOVERS = {"2^32 ns": 2**32, "2^32 us": 2**32 * 1000}
 TICKED = 0.1
 """Share of stamps equal to the one before, above which a clock is coarser than the sampling."""
 
-LEAST = 0.01
+LEAST_QUANTILE = 0.01
 """Quantile of the delays that stands for the least: any delay of a message only adds."""
 
 
@@ -174,7 +174,7 @@ def space_evenly(clock: ClockedTimes, name: str, logged: IntArray, rate: float) 
     even = np.arange(logged.size) * (NANOSECONDS / rate)
     delays = logged - logged[0] - even
     drift, error = _slope(even, delays)
-    begin = int(np.quantile(delays, LEAST)) + int(logged[0])
+    begin = int(np.quantile(delays, LEAST_QUANTILE)) + int(logged[0])
     none = np.array([], dtype=np.int64)
     times = begin + np.rint(even).astype(np.int64)
     said = (
@@ -202,9 +202,11 @@ def _difference(logged: IntArray, times: IntArray) -> FloatArray:
 
 def _block_medians(values: FloatArray) -> FloatArray:
     """Return the median of each whole block, of a long column piece by piece."""
-    blocks = values.size // BLOCK
-    whole = values[: blocks * BLOCK].reshape(blocks, BLOCK)
-    pieces = [np.median(whole[i : i + PIECE], axis=1) for i in range(0, blocks, PIECE)]
+    blocks = values.size // BLOCK_MESSAGES
+    whole = values[: blocks * BLOCK_MESSAGES].reshape(blocks, BLOCK_MESSAGES)
+    pieces = [
+        np.median(whole[i : i + BLOCKS_TOGETHER], axis=1) for i in range(0, blocks, BLOCKS_TOGETHER)
+    ]
     return np.concatenate(pieces) if pieces else np.empty(0)
 
 
@@ -284,7 +286,7 @@ def _exact_shift(
     and its standard error [ns]: ``uneven``, that of a step of the stamps, or of the medians of the
     delays else.
     """
-    sides = delays[max(at - MANY, 0) : at], delays[at : at + MANY]
+    sides = delays[max(at - MESSAGES_BESIDE, 0) : at], delays[at : at + MESSAGES_BESIDE]
     size = float(np.median(sides[1]) - np.median(sides[0]))
     size -= drift * sum(side.size for side in sides) / 2.0
     missing = round((jump + size) / usual) if usual else 0
@@ -303,27 +305,27 @@ def _level_steps(delays: FloatArray) -> Iterator[tuple[int, int, float, float]]:
 
     And by how much it grows from message to message otherwise [ns].
     """
-    blocks = delays.size // BLOCK
+    blocks = delays.size // BLOCK_MESSAGES
     if blocks < 3:
         return
     medians = _block_medians(delays)
     changes = medians[2:] - medians[:-2]  # the block between may hold the step
     usual = np.median(changes)
     scatter = 1.4826 * np.median(np.abs(changes - usual))
-    far = np.abs(changes - usual) > max(WORTH_TELLING, CERTAIN * scatter)
+    far = np.abs(changes - usual) > max(SHIFT_WORTH_TELLING, STEP_DEVIATIONS * scatter)
     bounds = np.flatnonzero(np.diff(np.r_[False, far, False].astype(int)))
     for begin, end in zip(bounds[::2], bounds[1::2], strict=True):
         before, after = medians[begin], medians[end + 1]
         size = after - before - usual * (end + 1 - begin) / 2.0
-        if abs(size) <= max(WORTH_TELLING, CERTAIN * scatter):
+        if abs(size) <= max(SHIFT_WORTH_TELLING, STEP_DEVIATIONS * scatter):
             continue  # there and back: some messages were slow
-        first, stop = int(begin * BLOCK), int(min((end + 2) * BLOCK, delays.size))
+        first, stop = int(begin * BLOCK_MESSAGES), int(min((end + 2) * BLOCK_MESSAGES, delays.size))
         high = (delays[first:stop] > (before + after) / 2.0) == (size > 0)
         # Left of the step all are low, right of it high.
         wrong = np.r_[0, np.cumsum(high)] + np.r_[np.cumsum(~high[::-1])[::-1], 0]
         at = first + int(np.argmin(wrong))
-        near = max(at - BLOCK // 2, 1), min(at + BLOCK // 2, delays.size)
-        yield near[0], max(near[1], near[0] + 1), float(size), usual / (2 * BLOCK)
+        near = max(at - BLOCK_MESSAGES // 2, 1), min(at + BLOCK_MESSAGES // 2, delays.size)
+        yield near[0], max(near[1], near[0] + 1), float(size), usual / (2 * BLOCK_MESSAGES)
 
 
 def _without_setbacks(times: IntArray) -> tuple[IntArray, IntArray, IntArray]:
@@ -334,9 +336,9 @@ def _without_setbacks(times: IntArray) -> tuple[IntArray, IntArray, IntArray]:
         return times, none, none
     usual = usual_step(times)
     scatter = 1.4826 * np.median(np.abs(steps - usual)) if steps.size else 0.0
-    back = np.flatnonzero(steps < min(0.0, usual - CERTAIN * scatter)) + 1
+    back = np.flatnonzero(steps < min(0.0, usual - STEP_DEVIATIONS * scatter)) + 1
     # Of one that comes late, those before and behind go on as if nothing was.
-    numbers = np.arange(RUN)
+    numbers = np.arange(MESSAGES_AROUND)
     after = np.minimum(back[:, None] + numbers, times.size - 1)
     before = np.maximum(back[:, None] - 1 - numbers, 0)
     level = times[after] - usual * (after - back[:, None])
@@ -356,7 +358,7 @@ def _without_setbacks(times: IntArray) -> tuple[IntArray, IntArray, IntArray]:
 
 
 def _neighbours(places: IntArray) -> Iterator[list[int]]:
-    bounds = [0, *(np.flatnonzero(np.diff(places) > RUN) + 1), places.size]
+    bounds = [0, *(np.flatnonzero(np.diff(places) > MESSAGES_AROUND) + 1), places.size]
     for first, stop in pairwise(bounds):
         if first < stop:
             yield places[first:stop].tolist()
@@ -452,12 +454,12 @@ def _with_delays(name: str, found: ClockedTimes, delays: FloatArray) -> ClockedT
     """Add the estimates from the delays: level, drift, jitter."""
     drift, error = _slope(found.times, delays)
     delay = float(np.median(delays))
-    for first in range(0, delays.size, PIECE):
-        piece = slice(first, first + PIECE)
+    for first in range(0, delays.size, BLOCKS_TOGETHER):
+        piece = slice(first, first + BLOCKS_TOGETHER)
         delays[piece] -= drift * (found.times[piece] - found.times[0])
-    least, low, high = np.quantile(delays, [LEAST, 0.05, 0.95], overwrite_input=True)
+    least, low, high = np.quantile(delays, [LEAST_QUANTILE, 0.05, 0.95], overwrite_input=True)
     notes = list(found.notes)
-    if high - low > WORTH_TELLING:
+    if high - low > SHIFT_WORTH_TELLING:
         notes.append(
             f"the delays of {name} vary by {_size(high - low)}; it goes by its stamps, which do not"
         )
@@ -474,11 +476,13 @@ def _with_delays(name: str, found: ClockedTimes, delays: FloatArray) -> ClockedT
 
 def _slope(times: IntArray | FloatArray, delays: FloatArray) -> tuple[float, float]:
     """Return the slope of the median delays of blocks, and its standard error."""
-    blocks = delays.size // BLOCK
+    blocks = delays.size // BLOCK_MESSAGES
     if blocks < 4:
         return 0.0, np.inf
     # Blocks of times have their middle between two of them, which is their median.
-    middle = times[: blocks * BLOCK].reshape(blocks, BLOCK)[:, BLOCK // 2 - 1 : BLOCK // 2 + 1]
+    middle = times[: blocks * BLOCK_MESSAGES].reshape(blocks, BLOCK_MESSAGES)[
+        :, BLOCK_MESSAGES // 2 - 1 : BLOCK_MESSAGES // 2 + 1
+    ]
     t, d = (middle - times[0]).mean(axis=1), _block_medians(delays)
     t = t - t.mean()
     power = float(t @ t)

@@ -12,11 +12,11 @@ from tissue_probe.signals import FloatArray
 BITS = (8, 10, 12, 14, 16, 20, 24, 32, 48)
 """Widths of counters."""
 
-SMALL = 1 / 8
+SMALL_ADVANCE = 1 / 8
 """Between two samples a counter goes less than this share of its range: at more its way could as
 well be the other way round."""
 
-FEW = 1000
+VALUES_FIRST = 1000
 """Values looked at first: in most columns one of them is no whole number; the rest is spared then.
 """
 
@@ -29,7 +29,7 @@ def unwrap_counter(values: FloatArray) -> tuple[FloatArray, int | None]:
     values : array, shape (n,)
         Whole numbers; NaN where not known. Others come back as they are.
     """
-    few = values[:FEW]
+    few = values[:VALUES_FIRST]
     if not (np.isnan(few) | (few == np.rint(few))).all():
         return values, None
     known = np.isfinite(values)
@@ -61,4 +61,4 @@ def _is_near(steps: FloatArray, turns: FloatArray, size: float) -> bool:
     off = turns * size
     np.subtract(steps, off, out=off)
     np.abs(off, out=off)
-    return bool(off.max() <= SMALL * size)
+    return bool(off.max() <= SMALL_ADVANCE * size)

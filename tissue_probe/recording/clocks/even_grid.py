@@ -28,7 +28,7 @@ NORMAL = 1.4826
 BRIDGED = 3
 """As many missing samples in a row are filled in; at more a new stretch begins."""
 
-IRREGULAR = 1.0 / 3.0
+IRREGULAR_SHARE = 1.0 / 3.0
 """Share of steps in time off by more than half a period that makes a recording no regular one: as
 many as where a usual step is off by half a period (one standard deviation)."""
 
@@ -39,7 +39,7 @@ WHOLE = 0.1
 ODD, FEW = 0.02, 0.01
 """Steps off by more than so many periods do not count in the period where they are so few."""
 
-FINER = 32
+MOST_EVEN_TIMES = 32
 """Even times at the highest rate of several are at most so many times the samples: a model is
 simulated at all of them."""
 
@@ -51,7 +51,7 @@ NEGLIGIBLE = 1e-3
 """Jitter that is not worth resampling [periods]."""
 
 
-PIECE = 2**14
+SAMPLES_TOGETHER = 2**14
 """Samples that are looked at together: of a long recording, each column more fills the memory."""
 
 MARGIN = 64
@@ -103,11 +103,11 @@ class EvenGrid:
         """Return white noise of variance 1, sampled at the file's ``time`` [s] and resampled.
 
         It shows how much of a channel's noise is left, and in which colour. Of the longest span, at
-        most ``PIECE`` samples; None where the samples are taken as they are.
+        most ``SAMPLES_TOGETHER`` samples; None where the samples are taken as they are.
         """
         if self.even:
             return None
-        at = max(self.spans, key=lambda span: span.times.size).times[:PIECE]
+        at = max(self.spans, key=lambda span: span.times.size).times[:SAMPLES_TOGETHER]
         white = np.random.default_rng(0).standard_normal(time.size)
         resampled = interpolate(time, white, at, reach=self.longest)
         return resampled[np.isfinite(resampled)]
@@ -200,10 +200,10 @@ def _usual_there(steps: FloatArray, usual: float) -> float | FloatArray:
     from scipy.ndimage import median_filter  # loaded with the other code for uneven times
 
     there = median_filter(steps, LASTING, mode="nearest")
-    even = np.mean(np.abs(_ratio(steps, there, 1.0)) > WHOLE) < IRREGULAR
+    even = np.mean(np.abs(_ratio(steps, there, 1.0)) > WHOLE) < IRREGULAR_SHARE
     others = bool(np.any(_off(there, usual) > WHOLE * usual))
     apart = GAP * there.min() < there.max()
-    few = float(np.sum(there)) < FINER * there.size * float(there.min())
+    few = float(np.sum(there)) < MOST_EVEN_TIMES * there.size * float(there.min())
     return there if others and even and apart and few else usual
 
 
@@ -248,8 +248,8 @@ def interpolate(
     """
     result = np.empty(at.size)
     usual = np.median(np.diff(time), overwrite_input=True)
-    for first in range(0, at.size, PIECE):
-        piece = slice(first, first + PIECE)
+    for first in range(0, at.size, SAMPLES_TOGETHER):
+        piece = slice(first, first + SAMPLES_TOGETHER)
         begin, end = np.searchsorted(time, [at[piece][0], at[piece][-1]])
         near = slice(max(int(begin) - MARGIN, 0), int(end) + MARGIN)
         result[piece] = _piece(time[near], values[near], at[piece], reach * usual)
@@ -341,7 +341,7 @@ def _refuse_irregular(steps: FloatArray, usual: float | FloatArray, where: str) 
     """Refuse times that follow no rate; where samples are missing they still do."""
     in_step = (steps > GAP * usual) & (_off(steps, usual) < WHOLE * usual)
     off = np.mean((np.abs(_ratio(steps, usual, 1.0)) > 0.5) & ~in_step)
-    if off > IRREGULAR:
+    if off > IRREGULAR_SHARE:
         raise RecordingError(
             f"{where} is sampled irregularly: {100.0 * off:.0f} % of its steps in time are off by "
             f"more than half of the usual {np.median(usual):g} s; record at an even rate, or give "
@@ -384,8 +384,8 @@ def _period(time: FloatArray, rows: list[slice]) -> float:
 def _jitter(time: FloatArray, period: float) -> float:
     """Return the largest deviation from a grid of this period [s]."""
     least, most = np.inf, -np.inf
-    for first in range(0, time.size, PIECE):
-        own = time[first : first + PIECE]
+    for first in range(0, time.size, SAMPLES_TOGETHER):
+        own = time[first : first + SAMPLES_TOGETHER]
         deviations = own - time[0] - period * np.arange(first, first + own.size)
         least, most = min(least, float(deviations.min())), max(most, float(deviations.max()))
     return (most - least) / 2.0
@@ -395,7 +395,9 @@ def _measure_rounding(time: FloatArray) -> float:
     """Return by how much rounding to the digits that the times have moves them at most [s]."""
     largest = max(abs(float(time.max())), abs(float(time.min())))
     precision = 4.0 * np.spacing(largest)
-    pieces = [time[first : first + PIECE] for first in range(0, time.size, PIECE)]
+    pieces = [
+        time[first : first + SAMPLES_TOGETHER] for first in range(0, time.size, SAMPLES_TOGETHER)
+    ]
     for digits in range(10):
         if all(np.abs(own - np.round(own, digits)).max() <= precision for own in pieces):
             return 0.75 * 10.0**-digits + precision

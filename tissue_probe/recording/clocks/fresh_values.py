@@ -14,7 +14,7 @@ REPEATED = 0.1
 """Share of samples that repeat the one before, above which a channel may be held. Fewer do not
 change a fit: a spline through the others would move it by less."""
 
-STEPS = 2.5
+COARSE_STEPS = 2.5
 """Changes larger than so many of the channel's own steps are not those of a coarse converter, which
 repeats a value only where the signal moves less than a step or two between samples."""
 
@@ -32,7 +32,7 @@ does not foretell, follows the change: by a sum of squares so many times the var
 forecast's error elsewhere (5.5 standard deviations), and by this share of its own sum of squares.
 """
 
-AHEAD = (1, 2, 4, 8, 16)
+ROWS_AFTER = (1, 2, 4, 8, 16)
 """Rows after a change at which the other channel is looked at: a heavy probe answers late."""
 
 
@@ -66,7 +66,7 @@ def _is_held(fresh: BoolArray, changes: FloatArray) -> bool:
     if changes.size < 1.0 / (1.0 - REGULAR) or repeats < REPEATED * fresh.size:
         return False
     step = changes.min()
-    if np.median(changes) <= STEPS * step:
+    if np.median(changes) <= COARSE_STEPS * step:
         return False
     # Of a step up, a step down and none, each is about as likely.
     by_chance = np.count_nonzero(changes < 1.5 * step) / 2.0
@@ -105,7 +105,9 @@ def drives(values: FloatArray, fresh: BoolArray, other: FloatArray) -> bool:
     run = int(np.median(np.diff(rows))) if rows.size > 1 else 0
     changes = np.diff(values, prepend=values[:1])
     return any(
-        _follows(changes, rows, other, ahead) for ahead in AHEAD if len(AHEAD) * ahead <= run
+        _follows(changes, rows, other, ahead)
+        for ahead in ROWS_AFTER
+        if len(ROWS_AFTER) * ahead <= run
     )
 
 

@@ -10,9 +10,9 @@ from dataclasses import replace
 from tissue_probe.errors import ParameterError
 from tissue_probe.signals import SampleBlock
 
-ORDER = 4
+FILTER_ORDER = 4
 #: Samples that are kept in a cycle of the cut-off frequency: the remaining noise stays white.
-KEPT = 2.5
+SAMPLES_A_CYCLE = 2.5
 
 
 def filter_block(block: SampleBlock, frequency: float) -> SampleBlock:
@@ -40,10 +40,10 @@ def filter_block(block: SampleBlock, frequency: float) -> SampleBlock:
     """
     rate = 1.0 / block.sample_period
     slowest = rate / len(block)  # a cycle in the record: of slower ones it tells nothing
-    if not slowest <= frequency <= rate / KEPT:
+    if not slowest <= frequency <= rate / SAMPLES_A_CYCLE:
         raise ParameterError(
             f"`lowpass` {frequency:g}: with {rate:.4g} samples a second, {len(block)} without a "
-            f"gap, give a frequency from {slowest:.4g} to {rate / KEPT:.4g} Hz"
+            f"gap, give a frequency from {slowest:.4g} to {rate / SAMPLES_A_CYCLE:.4g} Hz"
         )
     if len(block) < 100:
         raise ParameterError(
@@ -51,8 +51,8 @@ def filter_block(block: SampleBlock, frequency: float) -> SampleBlock:
         )
     from scipy.signal import butter, sosfiltfilt  # only where a low-pass is asked for
 
-    sections = butter(ORDER, frequency, fs=rate, output="sos")
-    every = int(rate / (KEPT * frequency) + 1e-9)
+    sections = butter(FILTER_ORDER, frequency, fs=rate, output="sos")
+    every = int(rate / (SAMPLES_A_CYCLE * frequency) + 1e-9)
     position, force = (
         sosfiltfilt(sections, channel)[::every] for channel in (block.position, block.force)
     )

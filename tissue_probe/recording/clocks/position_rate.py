@@ -13,10 +13,10 @@ from tissue_probe.signals import FloatArray
 TOLERATED = 0.01
 """Error of the position's amplitude from which on it is told: k and beta carry it in full."""
 
-ENOUGH = 2**14
+ENOUGH_FORCE = 2**14
 """Samples of the force that tell its frequency."""
 
-LINE = 0.25
+LINE_SHARE = 0.25
 """Share of the force's power that a line holds where the motion is a sine; noise holds less in one.
 """
 
@@ -43,7 +43,7 @@ def tell_slow_position(
     str or None
         None where the position is sampled often enough, or nothing moves.
     """
-    force_times, force = force_times[:ENOUGH], force[:ENOUGH]
+    force_times, force = force_times[:ENOUGH_FORCE], force[:ENOUGH_FORCE]
     position_times = position_times[: np.searchsorted(position_times, force_times[-1]) + 1]
     known = np.isfinite(force)
     if known.sum() < 16 or position_times.size < 4:
@@ -85,6 +85,6 @@ def _strongest(times: FloatArray, values: FloatArray) -> float:
         return 0.0
     power = np.abs(np.fft.rfft(centred * np.hanning(values.size))) ** 2
     place = int(np.argmax(power[1:])) + 1
-    if power[max(place - 2, 1) : place + 3].sum() < LINE * power[1:].sum():
+    if power[max(place - 2, 1) : place + 3].sum() < LINE_SHARE * power[1:].sum():
         return 0.0
     return place / (values.size * float(np.median(np.diff(times))))

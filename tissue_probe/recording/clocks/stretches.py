@@ -15,7 +15,7 @@ from tissue_probe.recording.clocks.even_grid import BRIDGED, interpolate
 from tissue_probe.recording.errors import RecordingError
 from tissue_probe.signals import NANOSECONDS, BoolArray, FloatArray, Recording, SampleBlock
 
-ROUNDED = 1e-3
+ROUNDED_SHARE = 1e-3
 """Stamps and periods are rounded: a time so little after a sample is that of the sample [periods].
 """
 
@@ -77,7 +77,7 @@ def dwell_blocks(recording: Recording, site: int | None) -> tuple[SampleBlock, .
 def _between(block: SampleBlock, begin: int, end: int) -> SampleBlock | None:
     period = block.sample_period * NANOSECONDS
     first, stop = (
-        int(np.clip(np.ceil((time - block.stamp) / period - ROUNDED), 0, len(block)))
+        int(np.clip(np.ceil((time - block.stamp) / period - ROUNDED_SHARE), 0, len(block)))
         for time in (begin, end)
     )
     return block[first:stop] if first < stop else None

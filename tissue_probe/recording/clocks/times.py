@@ -19,7 +19,7 @@ EPOCH = 6e8, 4.2e9
 """Seconds since 1970 of the dates that are taken for such, 1989 to 2103. In ms, us and ns they lie
 in other ranges, so that a number tells its unit."""
 
-LONGEST = 1e10
+LATEST_DATE = 1e10
 """More seconds than any date has: three centuries."""
 
 _TURNS = {86_400.0: "midnight", 3_600.0: "a full hour"}
@@ -78,7 +78,7 @@ def times(column: np.ndarray, name: str, unit: str | None, certain: bool, where:
             )
     size = TIME_UNITS[unit or "s"]
     latest = _latest(column)
-    if not certain and size * latest > LONGEST:
+    if not certain and size * latest > LATEST_DATE:
         raise RecordingError(
             f"{where}: column {name} would be in {unit or 's'}, but {latest:.6g} of these are "
             f"{size * latest / 3.156e7:.3g} years; state `time_unit` ({', '.join(TIME_UNITS)})"

@@ -11,8 +11,8 @@ import numpy as np
 
 from tissue_probe.recording.bags.topic_field import FieldValues
 from tissue_probe.recording.clocks.clocks import (
-    CERTAIN,
-    WORTH_TELLING,
+    SHIFT_WORTH_TELLING,
+    STEP_DEVIATIONS,
     ClockedTimes,
     correct_clocks,
     onto_recorder,
@@ -235,7 +235,7 @@ def _join_stamps(
             "recorded, less the jitter that their stamps tell, and may be shifted by their "
             "different ways to the recorder"
         ]
-    if apart > WORTH_TELLING:
+    if apart > SHIFT_WORTH_TELLING:
         notes.append(
             f"{force.name} was recorded {f.delay / 1e6:.4g} ms after its stamps, {position.name} "
             f"{u.delay / 1e6:.4g} ms: if that is their clocks and not the way to the recorder, the "
@@ -266,7 +266,7 @@ def _take_log_times(field: FieldValues, clock: ClockedTimes) -> ClockedTimes:
 
 
 def _drifts(drift: float, error: float, length: float) -> bool:
-    return abs(drift) * length > max(WORTH_TELLING, CERTAIN * error * length)
+    return abs(drift) * length > max(SHIFT_WORTH_TELLING, STEP_DEVIATIONS * error * length)
 
 
 def _rates(force: FieldValues, position: FieldValues, f: ClockedTimes, u: ClockedTimes) -> str:

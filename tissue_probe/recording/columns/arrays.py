@@ -9,10 +9,10 @@ from collections.abc import Iterator
 
 import numpy as np
 
-NUMBERS = "fiubM"
+NUMBER_KINDS = "fiubM"
 """Kinds of NumPy arrays that are columns: floats, whole numbers, truths, dates."""
 
-WIDEST = 64
+MOST_COLUMNS = 64
 """Most columns of a matrix; one with more is a picture or a table on its side."""
 
 
@@ -31,12 +31,12 @@ def array_columns(name: str, shape: tuple[int, ...], dtype: np.dtype) -> Iterato
         for each in dtype.names:
             yield from array_columns(f"{name}.{each}" if name else each, shape, dtype[each])
         return
-    if dtype.kind not in NUMBERS or dtype.subdtype:
+    if dtype.kind not in NUMBER_KINDS or dtype.subdtype:
         return
     long = [size for size in shape if size != 1]
     if len(long) == 1 and len(shape) <= 2:
         yield name
-    elif len(long) == 2 and len(shape) == 2 and shape[1] <= WIDEST and shape[0] > 1:
+    elif len(long) == 2 and len(shape) == 2 and shape[1] <= MOST_COLUMNS and shape[0] > 1:
         yield from (f"{name}[:,{number}]" for number in range(shape[1]))
 
 

@@ -12,8 +12,8 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
-from tissue_probe.recording.columns.cells import Kind, kind
-from tissue_probe.recording.columns.find_table import Found, Row, fit_row, fold_cells
+from tissue_probe.recording.columns.cells import CellKind, kind
+from tissue_probe.recording.columns.find_table import FoundTable, Row, fit_row, fold_cells
 from tissue_probe.recording.errors import RecordingError
 
 
@@ -41,7 +41,7 @@ class Blocks:
         Lines since the last row of a block that are no rows: its end, or a fault in it.
     """
 
-    def __init__(self, path: Path, found: Found, decimal: str, line: str = "line") -> None:
+    def __init__(self, path: Path, found: FoundTable, decimal: str, line: str = "line") -> None:
         self._path = path
         self._found = found
         self._decimal = decimal
@@ -117,7 +117,7 @@ class Blocks:
     def _is_commented(self, row: Row) -> bool:
         """Whether a row has one cell more, of text, where the header ends in a comment's name."""
         more = row.cells[self._found.width :]
-        return self._found.commented and len(more) == 1 and kind(more[0]) is Kind.TEXT
+        return self._found.commented and len(more) == 1 and kind(more[0]) is CellKind.TEXT
 
     def _has_numbers(self, row: Row) -> bool:
         """Whether a line may be a row.
@@ -126,13 +126,13 @@ class Blocks:
         expected, a word elsewhere in one is a fault of it.
         """
         kinds = row.kinds(self._decimal)
-        numbers = sum(each in (Kind.NUMBER, Kind.TIME) for each in kinds)
-        words = kinds[0] is Kind.TEXT
+        numbers = sum(each in (CellKind.NUMBER, CellKind.TIME) for each in kinds)
+        words = kinds[0] is CellKind.TEXT
         if self._labelled is None and numbers:
             self._labelled = words
         if words and not self._labelled:
             return False
-        if Kind.TEXT in kinds[: self._found.width]:
+        if CellKind.TEXT in kinds[: self._found.width]:
             return numbers > 1 and not self.pending
         return bool(numbers) or len(row.cells) == self._found.width
 

@@ -11,7 +11,7 @@ from pathlib import Path
 
 from tissue_probe.recording.errors import RecordingError
 
-LARGEST = 2**30
+LARGEST_EXPANDED = 2**30
 """Most bytes that a compressed file may expand to.
 
 A sheet of Excel's million rows and ten columns has a tenth of it; a larger one is a program's
@@ -39,17 +39,17 @@ def check_rows(path: Path, rows: int) -> None:
 
 
 def check_size(path: Path, size: int) -> None:
-    """Refuse a file that would expand to more than ``LARGEST`` bytes.
+    """Refuse a file that would expand to more than ``LARGEST_EXPANDED`` bytes.
 
     Raises
     ------
     RecordingError
         If it would.
     """
-    if size > LARGEST:
+    if size > LARGEST_EXPANDED:
         raise RecordingError(
-            f"{path} expands to more than {LARGEST // 2**20} MiB, the most that is read; write the "
-            "columns that are needed to a file of their own"
+            f"{path} expands to more than {LARGEST_EXPANDED // 2**20} MiB, the most that is read; "
+            "write the columns that are needed to a file of their own"
         )
 
 
@@ -64,10 +64,12 @@ def check_zip(path: Path, members: zipfile.ZipFile) -> None:
     total = 0
     try:
         for member in members.infolist():
-            if member.compress_size * 1032 < LARGEST - total:  # deflate never expands by more
+            if (
+                member.compress_size * 1032 < LARGEST_EXPANDED - total
+            ):  # deflate never expands by more
                 total += min(member.file_size, member.compress_size * 1032)
                 continue
-            member.file_size = LARGEST + 2 * _PIECE  # the declared size is not trusted
+            member.file_size = LARGEST_EXPANDED + 2 * _PIECE  # the declared size is not trusted
             with members.open(member) as file:
                 while piece := file.read(_PIECE):
                     total += len(piece)

@@ -16,7 +16,7 @@ Cell = object
 """A text, or as a spreadsheet has it: a number, a date, a time of the day, a duration."""
 
 
-class Kind(Enum):
+class CellKind(Enum):
     """The kind of a cell's content."""
 
     NUMBER = "number"
@@ -25,14 +25,16 @@ class Kind(Enum):
     TEXT = "text"
 
 
-UNKNOWN = (
+UNKNOWN_CELLS = (
     "", "nan", "-nan", "+nan", "na", "n/a", "#n/a", "null", "none", "-", "--", "---", "1.#qnan",
     "-1.#ind", "#value!", "#div/0!",
 )  # fmt: skip
 """Words that programs write for an unknown value, in lower case."""
 
 UNKNOWN_SPELT = tuple(
-    dict.fromkeys(form for word in UNKNOWN for form in (word, word.upper(), word.title(), "NaN"))
+    dict.fromkeys(
+        form for word in UNKNOWN_CELLS for form in (word, word.upper(), word.title(), "NaN")
+    )
 )
 """The same as they are spelt, for readers that tell cases apart."""
 
@@ -52,20 +54,20 @@ _DATE = re.compile(
 _ISO = re.compile(r"\d{4}-\d\d-\d\d")
 
 
-def kind(cell: Cell, decimal: str = ".") -> Kind:
+def kind(cell: Cell, decimal: str = ".") -> CellKind:
     """Return the kind of a cell's content, where ``decimal`` is the decimal mark."""
     if isinstance(cell, str):
         text = cell.strip()
-        if text.casefold() in UNKNOWN:
-            return Kind.UNKNOWN
+        if text.casefold() in UNKNOWN_CELLS:
+            return CellKind.UNKNOWN
         if _NUMBER[decimal].fullmatch(text):
-            return Kind.NUMBER
-        return Kind.TIME if _CLOCK.fullmatch(text) or _DATE.fullmatch(text) else Kind.TEXT
+            return CellKind.NUMBER
+        return CellKind.TIME if _CLOCK.fullmatch(text) or _DATE.fullmatch(text) else CellKind.TEXT
     if cell is None:
-        return Kind.UNKNOWN
+        return CellKind.UNKNOWN
     if isinstance(cell, int | float):
-        return Kind.NUMBER
-    return Kind.TIME
+        return CellKind.NUMBER
+    return CellKind.TIME
 
 
 def is_whole(cell: Cell) -> bool:
@@ -82,7 +84,7 @@ def number(cell: Cell, decimal: str = ".") -> float | int:
             return np.nan
         raise ValueError(str(cell))
     text = cell.strip()
-    if text.casefold() in UNKNOWN:
+    if text.casefold() in UNKNOWN_CELLS:
         return np.nan
     if not _NUMBER[decimal].fullmatch(text):
         raise ValueError(text)
@@ -102,7 +104,7 @@ def times(cells: Sequence[Cell]) -> np.ndarray:
         If a cell tells no time, or tells it otherwise than the first, as with a zone where that
         has none; the message is the cell.
     """
-    first = next((cell for cell in cells if kind(cell) is Kind.TIME), "")
+    first = next((cell for cell in cells if kind(cell) is CellKind.TIME), "")
     dated = not isinstance(first, datetime.time | datetime.timedelta) and not (
         isinstance(first, str) and _CLOCK.fullmatch(first.strip())
     )
@@ -110,7 +112,7 @@ def times(cells: Sequence[Cell]) -> np.ndarray:
     zoned = _has_zone(first)
 
     def time(cell: Cell) -> np.datetime64 | np.timedelta64:
-        if kind(cell) is Kind.UNKNOWN:
+        if kind(cell) is CellKind.UNKNOWN:
             return unknown
         if _has_zone(cell) is not zoned:
             raise ValueError(str(cell))

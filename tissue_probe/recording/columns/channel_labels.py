@@ -14,11 +14,11 @@ from pathlib import Path
 import numpy as np
 
 from tissue_probe.recording.columns import cells
-from tissue_probe.recording.columns.find_table import Found, Row
+from tissue_probe.recording.columns.find_table import FoundTable, Row
 from tissue_probe.recording.errors import RecordingError
 from tissue_probe.signals import NANOSECONDS
 
-MARK = "LabVIEW Measurement"
+LABVIEW_MARK = "LabVIEW Measurement"
 TIMES, COMMENTS = "X_Value", "Comment"
 
 Tags = Mapping[str, Sequence[str]]
@@ -42,7 +42,7 @@ class ChannelLabels:
     """
 
     path: Path
-    found: Found
+    found: FoundTable
     tags: Tags
     decimal: str
 
@@ -156,7 +156,9 @@ class ChannelLabels:
         return {name: (each - first) / NANOSECONDS for name, each in instants.items()}
 
 
-def channel_labels(path: Path, rows: Sequence[Row], found: Found, decimal: str) -> ChannelLabels:
+def channel_labels(
+    path: Path, rows: Sequence[Row], found: FoundTable, decimal: str
+) -> ChannelLabels:
     """Return the channels' labels in the rows above a table; none where it is no .lvm file.
 
     Parameters
@@ -170,7 +172,7 @@ def channel_labels(path: Path, rows: Sequence[Row], found: Found, decimal: str) 
     decimal : {".", ","}
         The decimal mark.
     """
-    marked = bool(rows) and bool(rows[0].cells) and str(rows[0].cells[0]).strip() == MARK
+    marked = bool(rows) and bool(rows[0].cells) and str(rows[0].cells[0]).strip() == LABVIEW_MARK
     return ChannelLabels(path, found, _tags(rows[: found.first]) if marked else {}, decimal)
 
 

@@ -13,7 +13,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from itertools import groupby
 
-from tissue_probe.recording.columns.cells import Cell, Kind, kind
+from tissue_probe.recording.columns.cells import Cell, CellKind, kind
 from tissue_probe.recording.errors import RecordingError
 from tissue_probe.recording.units import bare_unit
 
@@ -31,7 +31,7 @@ class Row:
     line: int
     cells: tuple[Cell, ...]
     text: str = ""
-    _kinds: dict[str, list[Kind]] = field(default_factory=dict, compare=False, repr=False)
+    _kinds: dict[str, list[CellKind]] = field(default_factory=dict, compare=False, repr=False)
 
     @property
     def blank(self) -> bool:
@@ -44,7 +44,7 @@ class Row:
         text = self.text or (self.cells[0] if self.cells else "")
         return isinstance(text, str) and text.lstrip(' "').startswith(COMMENTS)
 
-    def kinds(self, decimal: str) -> list[Kind]:
+    def kinds(self, decimal: str) -> list[CellKind]:
         """Return the kinds of its cells; kept, since a table is looked for more than once."""
         if decimal not in self._kinds:
             self._kinds[decimal] = [kind(cell, decimal) for cell in self.cells]
@@ -52,15 +52,15 @@ class Row:
 
     def data(self, decimal: str) -> bool:
         """Whether it is a row of numbers."""
-        if self.comment and kind(self.cells[0], decimal) is Kind.TEXT:
+        if self.comment and kind(self.cells[0], decimal) is CellKind.TEXT:
             return False
         kinds = self.kinds(decimal)
-        told = sum(each in (Kind.NUMBER, Kind.TIME) for each in kinds)
-        return len(kinds) > 1 and (told > 1 or (told == 1 and Kind.TEXT not in kinds))
+        told = sum(each in (CellKind.NUMBER, CellKind.TIME) for each in kinds)
+        return len(kinds) > 1 and (told > 1 or (told == 1 and CellKind.TEXT not in kinds))
 
 
 @dataclass(frozen=True)
-class Found:
+class FoundTable:
     """A table among rows.
 
     Attributes
@@ -97,7 +97,7 @@ class Found:
 
 
 @dataclass(frozen=True)
-class Run:
+class NumericRows:
     """Rows of numbers that follow one another: places (first, stop), and cells in each."""
 
     first: int
@@ -106,12 +106,12 @@ class Run:
     explained: int
 
 
-def longest_run(rows: Sequence[Row], decimal: str) -> Run | None:
+def longest_run(rows: Sequence[Row], decimal: str) -> NumericRows | None:
     """Return the rows of as many cells that explain most characters of the file as numbers."""
     return max(_runs(rows, decimal), key=lambda run: run.explained, default=None)
 
 
-def _runs(rows: Sequence[Row], decimal: str) -> Iterator[Run]:
+def _runs(rows: Sequence[Row], decimal: str) -> Iterator[NumericRows]:
     data = [
         (place, len(row.cells) if row.data(decimal) else 0)
         for place, row in enumerate(rows)
@@ -121,7 +121,7 @@ def _runs(rows: Sequence[Row], decimal: str) -> Iterator[Run]:
         places = [place for place, _ in group]
         if width:
             explained = sum(_count_explained(rows[place], decimal) for place in places)
-            yield Run(places[0], places[-1] + 1, width, explained)
+            yield NumericRows(places[0], places[-1] + 1, width, explained)
 
 
 def _count_explained(row: Row, decimal: str) -> int:
@@ -129,11 +129,11 @@ def _count_explained(row: Row, decimal: str) -> int:
     return sum(
         len(str(cell).strip()) + 1
         for cell, each in zip(row.cells, row.kinds(decimal), strict=True)
-        if each is not Kind.TEXT
+        if each is not CellKind.TEXT
     )
 
 
-def find_table(path: str, rows: Sequence[Row], decimal: str, splits=()) -> Found:
+def find_table(path: str, rows: Sequence[Row], decimal: str, splits=()) -> FoundTable:
     """Find the table.
 
     Parameters
@@ -163,7 +163,7 @@ def find_table(path: str, rows: Sequence[Row], decimal: str, splits=()) -> Found
         _refuse_misfit(path, rows, best, decimal)
         names = tuple(str(number + 1) for number in range(best.width))
         told = tuple(_preamble(rows, best.first, decimal))
-        return Found(best.first, best.width, names, (), (), False, told)
+        return FoundTable(best.first, best.width, names, (), (), False, told)
     texts = tuple(row.cells for row in above)
     unit_row = _unit_row(texts)
     at = len(texts) - 1 if unit_row is None else unit_row - 1
@@ -177,7 +177,7 @@ def find_table(path: str, rows: Sequence[Row], decimal: str, splits=()) -> Found
         told.append("units from the row below the names")
     last = [str(cell).strip() for cell in _row(rows, above[at].line).cells]
     commented = len(last) > best.width and last[best.width].casefold() == COMMENT
-    return Found(best.first, best.width, names, units, texts, True, tuple(told), commented)
+    return FoundTable(best.first, best.width, names, units, texts, True, tuple(told), commented)
 
 
 def _row(rows: Sequence[Row], line: int) -> Row:
@@ -196,7 +196,7 @@ def _preamble(rows: Sequence[Row], place: int, decimal: str) -> Iterator[str]:
             yield f"another table, in lines {first} to {last}, is not read"
 
 
-def _with_those_before(rows: Sequence[Row], best: Run, decimal: str, splits) -> Run:
+def _with_those_before(rows: Sequence[Row], best: NumericRows, decimal: str, splits) -> NumericRows:
     """Begin where the table begins: text does not end it where its header comes again below."""
     for run in reversed(list(_runs(rows[: best.first], decimal))):
         if _has_labels(rows[run.first], decimal) and not _has_labels(rows[best.first], decimal):
@@ -213,7 +213,7 @@ def _with_those_before(rows: Sequence[Row], best: Run, decimal: str, splits) -> 
         ]
         if not all(_row(rows, row.line).comment for row in names):
             break  # a table of its own
-        best = Run(run.first, best.stop, best.width, best.explained)
+        best = NumericRows(run.first, best.stop, best.width, best.explained)
     return best
 
 
@@ -223,10 +223,10 @@ def fold_cells(cells: Sequence[Cell]) -> tuple[str, ...]:
 
 
 def _has_labels(row: Row, decimal: str) -> bool:
-    return Kind.TEXT in row.kinds(decimal)
+    return CellKind.TEXT in row.kinds(decimal)
 
 
-def _above(rows: Sequence[Row], run: Run, decimal: str, splits) -> list[Row]:
+def _above(rows: Sequence[Row], run: NumericRows, decimal: str, splits) -> list[Row]:
     """Return the rows that name a run's columns, from the top."""
     found: list[Row] = []
     for row in reversed(rows[: run.first]):
@@ -242,7 +242,7 @@ def _above(rows: Sequence[Row], run: Run, decimal: str, splits) -> list[Row]:
             bare = row.text.strip().lstrip("#%/*! ")
             row = Row(row.line, next((c for s in splits if len(c := s(bare)) == run.width), ()))
         cells = fit_row(row, run.width, splits)
-        if cells is None or sum(kind(cell, decimal) is Kind.NUMBER for cell in cells) > 1:
+        if cells is None or sum(kind(cell, decimal) is CellKind.NUMBER for cell in cells) > 1:
             break
         if sum(bool(cell) for cell in cells) < min(2, run.width):
             break
@@ -273,7 +273,9 @@ def _unit_row(texts: Sequence[tuple[str, ...]]) -> int | None:
     return None
 
 
-def _find_filled(texts: Sequence[tuple[str, ...]], rows: Sequence[Row], run: Run) -> list[int]:
+def _find_filled(
+    texts: Sequence[tuple[str, ...]], rows: Sequence[Row], run: NumericRows
+) -> list[int]:
     """Return which rows name every column that has values."""
     used = [
         any(str(row.cells[c]).strip() for row in rows[run.first : run.stop] if c < len(row.cells))
@@ -300,7 +302,7 @@ def _distinct(texts: Sequence[tuple[str, ...]]) -> tuple[str, ...]:
     return tuple(names)
 
 
-def _refuse_misfit(path: str, rows: Sequence[Row], run: Run, decimal: str) -> None:
+def _refuse_misfit(path: str, rows: Sequence[Row], run: NumericRows, decimal: str) -> None:
     """Refuse a table whose header names more or fewer columns than it has."""
     row = next((r for r in reversed(rows[: run.first]) if not r.blank and not r.comment), None)
     if row is None:
@@ -312,7 +314,7 @@ def _refuse_misfit(path: str, rows: Sequence[Row], run: Run, decimal: str) -> No
             "commas both between cells and within numbers? Write as many cells in each row, and "
             "another mark between the cells than within numbers"
         )
-    texts = [cell for cell in row.cells if kind(cell, decimal) is Kind.TEXT]
+    texts = [cell for cell in row.cells if kind(cell, decimal) is CellKind.TEXT]
     if len(texts) > 1 and len(texts) == len(row.cells):
         raise RecordingError(
             f"{path}: line {line} has {run.width} cells, the header names {len(row.cells)} columns"

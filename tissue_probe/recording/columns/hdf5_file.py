@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from tissue_probe.recording.columns.arrays import NUMBERS, array_column, array_columns
+from tissue_probe.recording.columns.arrays import NUMBER_KINDS, array_column, array_columns
 from tissue_probe.recording.columns.bounds import check_rows
 from tissue_probe.recording.columns.source import Columns, Loaded, Progress
 from tissue_probe.recording.errors import RecordingError
@@ -79,4 +79,4 @@ def _column(path: Path, dataset, name: str, matlab: bool) -> np.ndarray:
     check_rows(path, dataset.size)
     array = dataset[()]
     column = array_column(array.T if matlab and array.ndim > 1 else array, name)
-    return column if column.dtype.kind in NUMBERS else column.astype(np.float64)
+    return column if column.dtype.kind in NUMBER_KINDS else column.astype(np.float64)

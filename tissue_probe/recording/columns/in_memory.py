@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from tissue_probe.recording.columns.cells import Kind, kind, times
+from tissue_probe.recording.columns.cells import CellKind, kind, times
 from tissue_probe.recording.columns.source import Columns, Loaded, Progress
 from tissue_probe.recording.errors import RecordingError
 
@@ -119,7 +119,7 @@ def _of_objects(array: np.ndarray, place: str) -> np.ndarray:
     """Return numbers, or times, of a column that holds objects or texts."""
     cells = [None if _is_missing(each) else each for each in array.tolist()]
     told = [each for each in cells if each is not None]
-    if told and all(kind(each) is Kind.TIME and isinstance(each, _TIMES) for each in told):
+    if told and all(kind(each) is CellKind.TIME and isinstance(each, _TIMES) for each in told):
         try:
             return times(cells)
         except (ValueError, OverflowError) as error:
@@ -137,7 +137,7 @@ def _of_objects(array: np.ndarray, place: str) -> np.ndarray:
 
 def _is_missing(value: object) -> bool:
     """Whether a value is not known: None, a word that programs write for it, or pandas' own."""
-    return kind(value) is Kind.UNKNOWN or type(value).__name__ in ("NAType", "NaTType")
+    return kind(value) is CellKind.UNKNOWN or type(value).__name__ in ("NAType", "NaTType")
 
 
 def _describe_value(value: object) -> str:

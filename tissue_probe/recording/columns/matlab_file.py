@@ -19,7 +19,7 @@ from tissue_probe.recording.errors import RecordingError
 
 _MATRIX, _COMPRESSED = 14, 15  # miMATRIX and miCOMPRESSED, of the format's version 5
 _LONGEST_NAME = 2**10  # characters, with the zero that ends it; MATLAB's own are of 63
-_HEADER = 128  # bytes
+_HEADER_BYTES = 128  # bytes
 
 
 def open_matlab(path: Path) -> Columns:
@@ -76,7 +76,7 @@ def _check_expanded(path: Path) -> None:
     total = path.stat().st_size
     check_size(path, total)
     with path.open("rb") as file:
-        head = file.read(_HEADER)
+        head = file.read(_HEADER_BYTES)
         if not head.startswith(b"MATLAB 5"):
             _check_version_4(path, head)
             return

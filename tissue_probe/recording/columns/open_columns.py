@@ -80,7 +80,7 @@ def _open_zip(path: Path) -> Columns:
     raise RecordingError(f"{path} is an archive, but no spreadsheet nor .npz: give the file in it")
 
 
-_CALLED = {
+_FILE_KINDS = {
     ".parquet": "a Parquet file",
     ".mat": "a MATLAB file",
     ".tdms": "a TDMS file",
@@ -104,7 +104,7 @@ def _open_text(path: Path) -> Columns:
             from tissue_probe.recording.columns.matlab_file import open_matlab
 
             return open_matlab(path)
-        called = _CALLED.get(path.suffix.lower())
+        called = _FILE_KINDS.get(path.suffix.lower())
         if called:
             raise RecordingError(f"{path} is not {called}: its content is another") from error
         raise

@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from tissue_probe.arguments import LARGEST
+from tissue_probe.arguments import LARGEST_NUMBER
 from tissue_probe.recording.errors import RecordingError
 
 Progress = Callable[[float], None]
@@ -49,7 +49,9 @@ def _is_boundless(column: np.ndarray) -> bool:
     if column.dtype.kind != "f" or not column.size:
         return False
     farthest = max(np.fmax.reduce(column), -np.fmin.reduce(column))
-    return bool(farthest > LARGEST and np.any(np.abs(column[np.isfinite(column)]) > LARGEST))
+    return bool(
+        farthest > LARGEST_NUMBER and np.any(np.abs(column[np.isfinite(column)]) > LARGEST_NUMBER)
+    )
 
 
 @dataclass(frozen=True)
@@ -116,8 +118,8 @@ class Columns:
         for name, column in zip(names, loaded.columns, strict=True):
             if _is_boundless(column):
                 raise RecordingError(
-                    f"{self.path}: column {name} has numbers beyond {LARGEST:g}, which are no "
-                    "measurement; take them out"
+                    f"{self.path}: column {name} has numbers beyond {LARGEST_NUMBER:g}, which are "
+                    "no measurement; take them out"
                 )
         return loaded
 

@@ -13,8 +13,8 @@ import numpy as np
 from tissue_probe.recording.columns import cells
 from tissue_probe.recording.columns.blocks import Blocks
 from tissue_probe.recording.columns.bounds import check_size, check_zip
-from tissue_probe.recording.columns.cells import Kind
-from tissue_probe.recording.columns.find_table import Found, Row, find_table, longest_run
+from tissue_probe.recording.columns.cells import CellKind
+from tissue_probe.recording.columns.find_table import FoundTable, Row, find_table, longest_run
 from tissue_probe.recording.columns.source import Columns, Loaded, Progress
 from tissue_probe.recording.errors import RecordingError
 
@@ -38,7 +38,7 @@ def open_spreadsheet(path: Path, members: zipfile.ZipFile | None) -> Columns:
         check_zip(path, members)
         _check_repeats(path, members)
     sheets = _sheets(path)
-    tables: dict[str, tuple[list[Row], Found]] = {}
+    tables: dict[str, tuple[list[Row], FoundTable]] = {}
     for name, rows in sheets.items():
         if longest_run(rows, ".") is not None:
             tables[name] = (rows, find_table(f"{path}, sheet {name}", rows, "."))
@@ -113,7 +113,7 @@ def _check_repeats(path: Path, members: zipfile.ZipFile) -> None:
         check_size(path, total)
 
 
-def _values(path: Path, rows: Sequence[Row], found: Found, places: dict[str, int]) -> Loaded:
+def _values(path: Path, rows: Sequence[Row], found: FoundTable, places: dict[str, int]) -> Loaded:
     kept: list[Row] = []
     blocks = Blocks(path, found, ".", "row")
     for row in rows[found.first :]:
@@ -127,7 +127,7 @@ def _values(path: Path, rows: Sequence[Row], found: Found, places: dict[str, int
 def _column(path: Path, name: str, place: int, rows: Sequence[Row]) -> np.ndarray:
     values = [row.cells[place] for row in rows]
     kinds = {cells.kind(value) for value in values}
-    if Kind.TIME in kinds and Kind.NUMBER not in kinds:
+    if CellKind.TIME in kinds and CellKind.NUMBER not in kinds:
         try:
             return cells.times(values)
         except ValueError as error:

@@ -19,7 +19,7 @@ from tissue_probe.signals import NANOSECONDS
 SECONDS = ("seconds", "secs", "sec")
 NANOS = ("nanoseconds", "nanosecs", "nanosec", "nsecs", "nsec")
 #: The name of the one column, which is this suite's name of a time.
-TIME = "time"
+TIME_COLUMN = "time"
 
 
 def with_stamps(source: Columns) -> Columns:
@@ -28,21 +28,23 @@ def with_stamps(source: Columns) -> Columns:
     Several such pairs are several clocks: which counts must be said.
     """
     pairs = _pairs(source.names)
-    if len(pairs) != 1 or {"t", TIME} & set(source.names):
+    if len(pairs) != 1 or {"t", TIME_COLUMN} & set(source.names):
         return source
     (seconds, nanos), load = pairs[0], source.load
 
     def join_stamps(wanted: Sequence[str], progress: Progress) -> Loaded:
-        if TIME not in wanted:
+        if TIME_COLUMN not in wanted:
             return load(wanted, progress)
-        others = [name for name in wanted if name != TIME]
+        others = [name for name in wanted if name != TIME_COLUMN]
         found = load(list(dict.fromkeys([*others, seconds, nanos])), progress)
         named = dict(zip(dict.fromkeys([*others, seconds, nanos]), found.columns, strict=True))
-        named[TIME] = _add_seconds(source, seconds, named[seconds], nanos, named[nanos])
+        named[TIME_COLUMN] = _add_seconds(source, seconds, named[seconds], nanos, named[nanos])
         return found._replace(columns=[named[name] for name in wanted])
 
     told = f"time is {seconds} and {nanos} together"
-    return replace(source, names=(*source.names, TIME), load=join_stamps, told=(*source.told, told))
+    return replace(
+        source, names=(*source.names, TIME_COLUMN), load=join_stamps, told=(*source.told, told)
+    )
 
 
 def _add_seconds(

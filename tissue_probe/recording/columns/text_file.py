@@ -23,16 +23,22 @@ import numpy as np
 from tissue_probe.recording.columns import cells
 from tissue_probe.recording.columns.blocks import Blocks
 from tissue_probe.recording.columns.bounds import check_rows
-from tissue_probe.recording.columns.cells import Kind
+from tissue_probe.recording.columns.cells import CellKind
 from tissue_probe.recording.columns.channel_labels import ChannelLabels, channel_labels
-from tissue_probe.recording.columns.find_table import Found, Row, Run, find_table, longest_run
+from tissue_probe.recording.columns.find_table import (
+    FoundTable,
+    NumericRows,
+    Row,
+    find_table,
+    longest_run,
+)
 from tissue_probe.recording.columns.source import Columns, Loaded, Progress
 from tissue_probe.recording.errors import RecordingError
 
 SEPARATORS = {",": "commas", ";": "semicolons", "\t": "tabs", "|": "bars", " ": "blanks"}
 """The separators of cells."""
 
-BLOCK = 2**23  # bytes read at a time
+BLOCK_BYTES = 2**23  # bytes read at a time
 HEADS = 2**14, 2**18
 """Bytes in which the table is found: in the first, unless it ends there, or is the lesser part."""
 
@@ -122,7 +128,7 @@ def _find_encoding(path: Path) -> str:
         try:
             while head:
                 decoder.decode(head)
-                head = file.read(BLOCK)
+                head = file.read(BLOCK_BYTES)
             decoder.decode(b"", final=True)
         except UnicodeDecodeError:
             return "cp1252"
@@ -145,7 +151,7 @@ def _texts(path: Path, encoding: str, size: int, progress: Progress) -> Iterator
             text = text[: -1 if ends else None].replace("\r\n", "\n").replace("\r", "\n")
             lines, feed, rest = text.rpartition("\n")
             rest += "\r" if ends else ""
-            if len(rest) > BLOCK:
+            if len(rest) > BLOCK_BYTES:
                 raise RecordingError(f"{path} is not a table of text: a line in it has no end")
             yield lines + feed
             progress(read / whole)
@@ -197,9 +203,9 @@ def _dialect(path: Path, encoding: str) -> tuple[list[Row], Dialect]:
     raise RecordingError(f"{path} is not a table: no line in it has two numbers side by side")
 
 
-def _best(lines: Sequence[str], encoding: str) -> tuple[list[Row], Dialect, Run] | None:
+def _best(lines: Sequence[str], encoding: str) -> tuple[list[Row], Dialect, NumericRows] | None:
     """Return rows, dialect and table of lines, for the best dialect; None where none fits."""
-    best: tuple[list[Row], Dialect, Run] | None = None
+    best: tuple[list[Row], Dialect, NumericRows] | None = None
     for separator in SEPARATORS:
         cut = Dialect(encoding, separator, ".").split
         try:
@@ -239,7 +245,7 @@ class _Reading:
         self,
         path: Path,
         dialect: Dialect,
-        found: Found,
+        found: FoundTable,
         rows: Sequence[Row],
         names: Sequence[str],
         labels: ChannelLabels,
@@ -253,8 +259,8 @@ class _Reading:
         first = [r for r in rows[found.first :] if len(r.cells) == found.width and not r.comment]
         kinds = [row.kinds(dialect.decimal) for row in first]
         self._timed = [
-            any(each[place] is Kind.TIME for each in kinds)
-            and not any(each[place] is Kind.NUMBER for each in kinds)
+            any(each[place] is CellKind.TIME for each in kinds)
+            and not any(each[place] is CellKind.NUMBER for each in kinds)
             for place in self._places
         ]
         self._whole = [
@@ -270,7 +276,7 @@ class _Reading:
     def run(self, progress: Progress) -> Loaded:
         parts: list[list[np.ndarray]] = [[] for _ in self._names]
         count = 0
-        for text in _texts(self._path, self._dialect.encoding, BLOCK, progress):
+        for text in _texts(self._path, self._dialect.encoding, BLOCK_BYTES, progress):
             self._pieces.append((self._line + 1, count, deepcopy(self._blocks)))
             if self._line + text.count("\n") + 1 < self._begins:
                 self._line += text.count("\n")
@@ -300,14 +306,14 @@ class _Reading:
         if text.count('"') % 2:
             return True
         cells_of = self._dialect.split(text)
-        begins = cells_of and cells.kind(cells_of[0], self._dialect.decimal) is not Kind.TEXT
+        begins = cells_of and cells.kind(cells_of[0], self._dialect.decimal) is not CellKind.TEXT
         short = len(cells_of) < self._found.width or len(text) < self._shortest
         return bool(begins) and short
 
     def _place(self, row: int) -> str:
         """Say in which line a row is; its piece is read again, as which rows it has is not kept."""
         number = max(n for n, (_, first, _) in enumerate(self._pieces) if first <= row)
-        texts = _texts(self._path, self._dialect.encoding, BLOCK, lambda share: None)
+        texts = _texts(self._path, self._dialect.encoding, BLOCK_BYTES, lambda share: None)
         line, before, blocks = self._pieces[number]
         lines = _end_text(next(islice(texts, number, None))).split("\n")[:-1]
         rows = [Row(line + n, self._dialect.split(each), each) for n, each in enumerate(lines)]

@@ -13,7 +13,7 @@ from itertools import combinations
 from tissue_probe.recording.columns.source import Columns
 from tissue_probe.recording.errors import RecordingError
 from tissue_probe.recording.layout import Layout
-from tissue_probe.recording.tables.usual_names import OWN, ROTARY, SWEEP, USUAL
+from tissue_probe.recording.tables.usual_names import OWN_NAMES, ROTARY, SWEEP, USUAL_NAMES
 from tissue_probe.recording.units import (
     FORCE_UNITS,
     POSITION_UNITS,
@@ -25,7 +25,7 @@ from tissue_probe.recording.units import (
 )
 from tissue_probe.signals import SCALED, UnitFrom
 
-_UNITS = {
+_ROLE_UNITS = {
     "time": TIME_UNITS,
     "position": POSITION_UNITS | VELOCITY_UNITS,
     "force": FORCE_UNITS,
@@ -72,7 +72,7 @@ class Roles:
 
     def size(self, role: str) -> float:
         """Return how large one of a role's column is in SI."""
-        return unit_size(self.units[role], _UNITS[role])
+        return unit_size(self.units[role], _ROLE_UNITS[role])
 
 
 def roles(source: Columns, layout: Layout) -> Roles:
@@ -115,7 +115,7 @@ def roles(source: Columns, layout: Layout) -> Roles:
     told = [
         f"{role} is {found[role]}"
         for role in found
-        if (wanted.get(role) is None and _stem(found[role], role) not in OWN[role])
+        if (wanted.get(role) is None and _stem(found[role], role) not in OWN_NAMES[role])
         or (wanted.get(role) or "").isdecimal()
     ]
     if own_clocks:
@@ -195,7 +195,7 @@ def _what_is_not_told(source: Columns, missing: list[str]) -> str:
 
 def _stem(name: str, role: str) -> str:
     """Return a column's name without its unit and its place in a container."""
-    stem, _ = split_unit(name, _UNITS[role])
+    stem, _ = split_unit(name, _ROLE_UNITS[role])
     return _IN_CONTAINER.sub("", stem.strip())
 
 
@@ -235,11 +235,11 @@ def _find_numbered(source: Columns, number: int) -> str | None:
 
 def _find_usual(source: Columns, role: str) -> str | None:
     """Return the column that a role's usual names tell."""
-    own = OWN[role]
+    own = OWN_NAMES[role]
     for found in (
         [name for name in own if name in source.names],
         [name for name in source.names if _stem(name, role) in own],
-        [name for name in source.names if _plain(name, role) in USUAL[role]],
+        [name for name in source.names if _plain(name, role) in USUAL_NAMES[role]],
     ):
         if len(found) > 1 and found != [name for name in own if name in source.names]:
             raise RecordingError(
@@ -259,11 +259,11 @@ def _units(source: Columns, layout: Layout, names: dict[str, str]) -> dict[str, 
         unit = stated[role] or _unit(source, role, name)
         if unit is not None:
             units[role] = spelt(unit)
-            unit_size(unit, _UNITS[role])
+            unit_size(unit, _ROLE_UNITS[role])
         elif role != "time":
             known = POSITION_UNITS if role == "position" else FORCE_UNITS
             missing.append(f"`{role}_unit` ({', '.join(known)} or a number)")
-    if layout.force_polarity is None and names["force"] not in OWN["force"]:
+    if layout.force_polarity is None and names["force"] not in OWN_NAMES["force"]:
         missing.append("`force_polarity` (compression or tension: which forces are positive)")
     if missing:
         raise RecordingError(
@@ -276,8 +276,12 @@ def _units(source: Columns, layout: Layout, names: dict[str, str]) -> dict[str, 
 def _refuse_unknown_unit(source: Columns, role: str, name: str) -> None:
     """Refuse a unit that the file tells beside a column, and that is none of its role's."""
     told = source.units.get(name, "") or _rotary(name)
-    named = split_unit(name, _UNITS[role])[1]
-    if named and spelt(told) in _UNITS[role] and _UNITS[role][named] != _UNITS[role][spelt(told)]:
+    named = split_unit(name, _ROLE_UNITS[role])[1]
+    if (
+        named
+        and spelt(told) in _ROLE_UNITS[role]
+        and _ROLE_UNITS[role][named] != _ROLE_UNITS[role][spelt(told)]
+    ):
         raise RecordingError(
             f"{source.path}: column {name}, the {role}, is in {named} by its name, and in {told} "
             f"by the unit beside it; state `{role}_unit`"
@@ -288,10 +292,10 @@ def _refuse_unknown_unit(source: Columns, role: str, name: str) -> None:
             f"forces and ways are read here; state `{role}_unit` as a number: by the lever's "
             "length, how many newtons or metres one is"
         )
-    if told and spelt(told) not in _UNITS[role] and ":" not in told:  # hh:mm:ss is no unit
+    if told and spelt(told) not in _ROLE_UNITS[role] and ":" not in told:  # hh:mm:ss is no unit
         raise RecordingError(
             f"{source.path}: column {name}, the {role}, is in '{told}' as the file says, and that "
-            f"is no unit of it known here; state `{role}_unit` ({', '.join(_UNITS[role])}"
+            f"is no unit of it known here; state `{role}_unit` ({', '.join(_ROLE_UNITS[role])}"
             f"{'' if role == 'time' else ' or a number: the size of one in SI'})"
         )
 
@@ -316,7 +320,7 @@ def _unit_from(source: Columns, layout: Layout, role: str, name: str) -> UnitFro
     stated, told = _list_stated(layout)[role], _told_unit(source, role, name)
     if not told:
         return UnitFrom.STATEMENT if stated else UnitFrom.NAME
-    same = not stated or unit_size(told, _UNITS[role]) == unit_size(stated, _UNITS[role])
+    same = not stated or unit_size(told, _ROLE_UNITS[role]) == unit_size(stated, _ROLE_UNITS[role])
     return UnitFrom.FILE if same else UnitFrom.OVERRULED
 
 
@@ -326,15 +330,15 @@ def _list_contradictions(source: Columns, layout: Layout, names: dict[str, str])
         f"{role} is taken in {unit}, as `{role}_unit` states, and not in {told} as the file says"
         for role, unit in _list_stated(layout).items()
         if unit and role in names and (told := _told_unit(source, role, names[role]))
-        if unit_size(told, _UNITS[role]) != unit_size(unit, _UNITS[role])
+        if unit_size(told, _ROLE_UNITS[role]) != unit_size(unit, _ROLE_UNITS[role])
     ]
 
 
 def _told_unit(source: Columns, role: str, name: str) -> str | None:
     """Return the unit that a file tells of a column; None where it tells none."""
-    if (unit := spelt(source.units.get(name, ""))) in _UNITS[role]:
+    if (unit := spelt(source.units.get(name, ""))) in _ROLE_UNITS[role]:
         return unit
-    return split_unit(name, _UNITS[role])[1]
+    return split_unit(name, _ROLE_UNITS[role])[1]
 
 
 def _unit(source: Columns, role: str, name: str) -> str | None:
@@ -342,4 +346,4 @@ def _unit(source: Columns, role: str, name: str) -> str | None:
     unit = _told_unit(source, role, name)
     if unit or role == "time":
         return unit
-    return next(iter(_UNITS[role])) if name in OWN[role] else None
+    return next(iter(_ROLE_UNITS[role])) if name in OWN_NAMES[role] else None

@@ -14,7 +14,7 @@ from tissue_probe.signals import FloatArray
 #: Columns that a table of sites has.
 NEEDED = ("x", "y", "k")
 #: These and those that it may have, each with its units.
-_UNITS = {
+_SITE_UNITS = {
     **dict.fromkeys(("x", "y"), POSITION_UNITS),
     **dict.fromkeys(("k", "k_sd"), STIFFNESS_UNITS),
     "z": POSITION_UNITS,
@@ -25,7 +25,7 @@ _UNITS = {
 
 def is_site_table(columns: Columns) -> bool:
     """Whether a table is one of sites: it names places and their stiffness."""
-    return {"x", "y", "k"} <= set(find_quantities(columns, _UNITS))
+    return {"x", "y", "k"} <= set(find_quantities(columns, _SITE_UNITS))
 
 
 def refuse_misnamed(columns: Columns) -> None:
@@ -36,7 +36,7 @@ def refuse_misnamed(columns: Columns) -> None:
     RecordingError
         If it has x and y, but no k, and is no exported scan.
     """
-    found = find_quantities(columns, _UNITS)
+    found = find_quantities(columns, _SITE_UNITS)
     if {"x", "y"} <= set(found) and "k" not in found and "sequence" not in columns.names:
         raise RecordingError(
             f"{columns.path} has places, but no k: a table of sites has the columns x, y [m], k "
@@ -53,4 +53,4 @@ def read_sites(columns: Columns) -> dict[str, FloatArray]:
     RecordingError
         If a needed column is missing, or one holds no numbers.
     """
-    return read_quantities(columns, _UNITS, NEEDED)
+    return read_quantities(columns, _SITE_UNITS, NEEDED)

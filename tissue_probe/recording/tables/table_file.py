@@ -47,7 +47,7 @@ from tissue_probe.signals import (
 EXPORTED = ("sequence", "site")
 """Further columns of ``tables.write_samples``; there is no site where the probe dwells at none."""
 
-PLACES = ("site_x", "site_y", "site_z")
+PLACE_COLUMNS = ("site_x", "site_y", "site_z")
 """Where the site is [m]."""
 
 
@@ -339,7 +339,7 @@ def _fresh(
 
 def _sites(source: Columns, time: Times) -> Iterator[PalpationSite]:
     """Yield an announcement wherever an exported scan dwells at another site, or at none."""
-    told = [name for name in PLACES if name in source.names]
+    told = [name for name in PLACE_COLUMNS if name in source.names]
     sites, *places = (column.astype(np.float64) for column in source.read(["site", *told]).columns)
     dwells = np.isfinite(sites)
     numbers = np.where(dwells, sites, -1.0).astype(int)

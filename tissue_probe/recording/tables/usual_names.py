@@ -3,10 +3,10 @@
 Contents: tables of names, to which a laboratory's may be added.
 """
 
-OWN = {"time": ("t", "time"), "position": ("u", "position"), "force": ("F", "force")}
+OWN_NAMES = {"time": ("t", "time"), "position": ("u", "position"), "force": ("F", "force")}
 """This suite's names of the columns; in SI units, and positive in compression."""
 
-USUAL = {
+USUAL_NAMES = {
     "time": (
         "time", "time stamp", "timestamp", "elapsed time", "running time", "test time", "scan time",
         "step time", "x value", "zeit", "testzeit", "prüfzeit", "temps", "tiempo", "tempo",
