@@ -19,7 +19,8 @@ from tissue_probe.alike import Alike
 from tissue_probe.analysis.measurements import Source, measurements_of
 from tissue_probe.analysis.question import constant, question
 from tissue_probe.contact.contact import VERDICTS, Contact, Number, Verdict
-from tissue_probe.diagnosis.evidence.adequacy import explained, removes
+from tissue_probe.diagnosis.evidence.adequacy import explained
+from tissue_probe.diagnosis.evidence.posterior import RIVAL
 from tissue_probe.diagnosis.fitting.corners import without_corners
 from tissue_probe.diagnosis.fitting.fit import Fit
 from tissue_probe.diagnosis.fitting.problem import CONTACT
@@ -285,7 +286,8 @@ def _in_contact(fit: Fit, instrument: Instrument) -> tuple[Fit, list[str]]:
     tried = [refit(fit, lossy, anywhere, held={CONTACT: low + share * travel}) for share in TOUCHES]
     best = min((each for each in tried if each), key=lambda each: each.cost, default=None)
     found = refit(best, lossy, anywhere) if best else None
-    if found is None or not removes(fit, found):
+    # By the residual alone: strained constants are no loss of contact.
+    if found is None or sum(fit.misfits) - sum(found.misfits) < 2.0 * RIVAL:
         return fit, []
     touch = found.named()[CONTACT] + SIDE * found.deviations()[CONTACT]
     late = max(found.named()[DELAY], 0.0)
@@ -301,7 +303,7 @@ def _in_contact(fit: Fit, instrument: Instrument) -> tuple[Fit, list[str]]:
         f"The tip is out of contact in {100 * share:.3g} % of the samples, where the position is "
         f"below {1e3 * touch:.4g} mm: left out."
     )
-    return fit_base(fit.composition, kept, instrument), [told]
+    return _fit(fit.composition, kept, instrument), [told]
 
 
 def _out_of_contact(measurement: Measurement, touch: float, late: float) -> BoolArray:
@@ -315,7 +317,7 @@ def _contact(fit: Fit, to_tell: Sequence[str]) -> Contact:
     """Return the numbers of a fit, and the range in which they held."""
     named, deviations = fit.named(), fit.deviations()
     verdict: Verdict = "adequate" if explained(fit) else "missing"
-    if verdict == "adequate" and to_tell:
+    if to_tell:
         verdict = "cannot tell"
     lowest, highest, fastest, slow, fast = _range(fit.measurements)
     stiffness, damping, mass, delay = (

@@ -186,7 +186,10 @@ def _touch(model: Any, geoms: list[int]) -> tuple[int, tuple[float, ...]]:
 
 def _notes(mujoco: Any, model: Any, tip: int, contact: Contact) -> tuple[str, ...]:
     notes = []
-    if model.geom_type[tip] not in (mujoco.mjtGeom.mjGEOM_SPHERE, mujoco.mjtGeom.mjGEOM_ELLIPSOID):
+    if int(model.geom_type[tip]) not in (
+        int(mujoco.mjtGeom.mjGEOM_SPHERE),
+        int(mujoco.mjtGeom.mjGEOM_ELLIPSOID),
+    ):
         notes.append(
             "a tip that is neither a sphere nor an ellipsoid may touch in several points, each "
             "with all of the stiffness"
