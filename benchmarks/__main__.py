@@ -201,9 +201,8 @@ def main(
     finite elements; `workbench` how soon its page answers in a browser; `golden` what the diagnosis
     says of a fixed set of records, beside an earlier result; `code` how large and tangled the
     diagnosis' code is; `study` how fast many recordings are answered, and whether their statistics
-    hold; `live_loop` how right a robot's force sensor, and what it touches, are identified on an arm
-    in MuJoCo;
-    `free_form` learnt shapes on second records. `all` leaves these eighteen out.
+    hold; `live_loop` how right a robot's force sensor is identified on an arm in MuJoCo, and how
+    right its contact; `free_form` learnt shapes on second records. `all` leaves these eighteen out.
     """
     os.environ.setdefault("ROS_DOMAIN_ID", DOMAIN)
     count = count or (STUDIED if part == Part.study else diagnosis.COUNT)

@@ -14,7 +14,8 @@ from tissue_probe.estimation import ESTIMATORS, EstimatorSettings
 
 COMMANDS = [
     *("demo", "estimate", "estimators", "map", "info", "export", "excitation", "reproduce"),
-    *("compare", "diagnose", "improve", "sensor", "modulus", "workbench"),
+    *("compare", "diagnose", "improve", "sensor", "contact", "admittance", "mujoco", "modulus"),
+    "workbench",
     *("challenge", "calibrate", "study"),
 ]
 

@@ -48,6 +48,13 @@ MOSTLY = math.sqrt(0.5)
 MOST_LOST = 0.5
 #: Shares of the travel at which the search for a touch begins: cost has a valley about each.
 TOUCHES = np.arange(0.1, 0.95, 0.1)
+#: In the air the force does not go with the position: by no more than so many deviations, and these
+#: are less than this share of the tissue's stiffness. A tissue that is softer there is told apart.
+CERTAIN, SOFTER = 3.0, 0.25
+MAY_LEAVE = (
+    "Below {:.4g} mm the tip may be out of contact, or the tissue softer: press deeper, or let "
+    "`tissue_probe diagnose` tell."
+)
 #: Share of the power of a motion outside the frequencies that are told, at either end.
 OUTSIDE = 0.025
 
@@ -198,7 +205,7 @@ def identify_contact(
     lost: list[str] = []
     if not explained(fit):
         fit, lost = _in_contact(fit, instrument)
-    findings += left_out(ready.measurements, fit, instrument) if not lost else []
+    findings += left_out(ready.measurements, fit, instrument)
     notes = [*put.notes, *(each.sentence for each in findings), *lost, *_mostly_others(fit)]
     to_tell = tuple(_to_tell(fit))
     return ContactResult(_contact(fit, to_tell), fit, to_tell, tuple(dict.fromkeys(notes)))
@@ -292,6 +299,9 @@ def _in_contact(fit: Fit, instrument: Instrument) -> tuple[Fit, list[str]]:
     touch = found.named()[CONTACT] + SIDE * found.deviations()[CONTACT]
     late = max(found.named()[DELAY], 0.0)
     away = [_out_of_contact(each, touch, late) for each in found.measurements]
+    slope, doubt = _slope_in_air(found, touch)
+    if not abs(slope) < CERTAIN * doubt < SOFTER * found.named()["stiffness"]:
+        return fit, [MAY_LEAVE.format(1e3 * touch)]
     share = sum(int(np.sum(each)) for each in away) / sum(each.size for each in away)
     kept = fit.without(away, MOST_LOST)
     if kept is None:
@@ -311,6 +321,20 @@ def _out_of_contact(measurement: Measurement, touch: float, late: float) -> Bool
     away = measurement.position < touch
     reach = math.ceil(late / measurement.sample_period) + 1
     return np.asarray(binary_dilation(away, iterations=reach), dtype=bool)
+
+
+def _slope_in_air(fit: Fit, touch: float) -> tuple[float, float]:
+    """Return how the force left over goes with the position below a touch, and its doubt [N/m]."""
+    normal, right = np.zeros((3, 3)), np.zeros(3)
+    for measurement, left in zip(fit.measurements, fit.residuals, strict=True):
+        speed = np.gradient(measurement.position, measurement.times)
+        inside = (measurement.position < touch) & measurement.used
+        columns = np.stack([np.ones_like(speed), measurement.position, speed], axis=1)[inside]
+        columns /= measurement.noise.own
+        normal += columns.T @ columns
+        right += columns.T @ left[inside] / measurement.noise.own
+    inverse = np.linalg.pinv(normal, hermitian=True)
+    return float((inverse @ right)[1]), float(np.sqrt(inverse[1, 1]))
 
 
 def _contact(fit: Fit, to_tell: Sequence[str]) -> Contact:
