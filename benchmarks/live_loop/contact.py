@@ -4,8 +4,7 @@ Contents: the rows of both tables, their seeds and goals, the marks.
 
 Each seed draws its own tool, bias, drift and motion. The sensor is identified from 60 s of free
 air; its file gives mass, delay and drift to the identification of the contact, which knows nothing
-of the force's zero nor of the place of touch. Seeds from ``FIRST`` on were not looked at while it
-was made.
+of the force's zero nor of the place of touch. Nothing was chosen by seeds from ``FIRST`` on.
 """
 
 from __future__ import annotations

@@ -10,6 +10,7 @@ from pressed import Pressed
 
 import tissue_probe as tp
 from tissue_probe.contact.contact import load
+from tissue_probe.sensor.compensation import Compensation, save
 
 KNOWN = {"delay": (4e-3, 1e-4), "constants": {"tip_mass": (0.8, 1e-3)}}
 SINE = Pressed(sweep=0.0, middle=5.0)
@@ -173,3 +174,34 @@ def test_a_damaged_file_is_refused(tmp_path, old, new, sentence):
     path.write_text(path.read_text(encoding="utf-8").replace(old, new), encoding="utf-8")
     with pytest.raises(tp.TissueProbeError, match=sentence):
         load(path)
+
+
+def test_a_model_of_the_sensor_states_mass_delay_and_drift(tmp_path):
+    sensor = Compensation(
+        load=np.array([0.8, *9 * [0.0]]),
+        gains=np.ones(6),
+        delay=4e-3,
+        bias=np.zeros(6),
+        rate=np.array([0.01, 0.0, 0.01, 0.0, 0.0, 0.0]),
+        drift_covariance=np.zeros((6, 2, 2)),
+        unrest=np.zeros(6),
+        deviation=np.zeros(6),
+        noise=np.ones(6),
+        noise_of_zero=np.ones(6),
+        range=np.ones(3),
+        stamp=0,
+        cable=None,
+        weights=np.empty((6, 0)),
+        mass_deviation=1e-3,
+        delay_deviation=1e-4,
+    )
+    save(tmp_path / "sensor.yaml", sensor)
+    drift = (0.0, np.hypot(0.01, 0.01))
+    of_file = identified(SINE, sensor=tmp_path / "sensor.yaml").contact
+    assert of_file.stiffness == identified(SINE, **KNOWN, drift=drift).contact.stiffness
+    # A file of an earlier version has no errors: then both are free, and the sine tells neither.
+    save(
+        tmp_path / "sensor.yaml",
+        replace(sensor, mass_deviation=np.inf, delay_deviation=np.inf),
+    )
+    assert identified(SINE, sensor=tmp_path / "sensor.yaml").verdict == "cannot tell"

@@ -328,7 +328,7 @@ def _slope_in_air(fit: Fit, touch: float) -> tuple[float, float]:
     normal, right = np.zeros((3, 3)), np.zeros(3)
     for measurement, left in zip(fit.measurements, fit.residuals, strict=True):
         speed = np.gradient(measurement.position, measurement.times)
-        inside = (measurement.position < touch) & measurement.used
+        inside = (measurement.position < touch) & measurement.counted
         columns = np.stack([np.ones_like(speed), measurement.position, speed], axis=1)[inside]
         columns /= measurement.noise.own
         normal += columns.T @ columns
