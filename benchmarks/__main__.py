@@ -110,6 +110,7 @@ class Rig(str, Enum):
 Hidden = Enum("Hidden", {name: name for name in diagnosis.HIDDEN}, type=str)
 Excitation = Enum("Excitation", {name: name for name in DURATIONS}, type=str)
 Group = Enum("Group", {name: name for name in (*instrument_groups.GROUPS, "speed")}, type=str)
+Step = Enum("Step", {name: name for name in ("free_air", "contact")}, type=str)
 Protocol = Enum("Protocol", {name: name for name in PROTOCOLS}, type=str)
 
 
@@ -174,6 +175,7 @@ def main(
     group: Annotated[
         list[Group] | None, typer.Option(help="Of `instrument`; all by default.")
     ] = None,
+    step: Annotated[list[Step] | None, typer.Option(help="Of `live_loop`; all by default.")] = None,
     cases: Annotated[
         Path | None,
         typer.Option(
@@ -199,8 +201,8 @@ def main(
     finite elements; `workbench` how soon its page answers in a browser; `golden` what the diagnosis
     says of a fixed set of records, beside an earlier result; `code` how large and tangled the
     diagnosis' code is; `study` how fast many recordings are answered, and whether their statistics
-    hold; `live_loop` how right a robot's force sensor is identified on an arm in MuJoCo;
-    `free_form` learnt shapes on second records. `all` leaves these eighteen out.
+    hold; `live_loop` how right a robot's force sensor is identified on an arm in MuJoCo, and how
+    right its contact; `free_form` learnt shapes on second records. `all` leaves these eighteen out.
     """
     os.environ.setdefault("ROS_DOMAIN_ID", DOMAIN)
     count = count or (STUDIED if part == Part.study else diagnosis.COUNT)
@@ -294,11 +296,17 @@ def main(
             Console().print(*studies.tables(results["study"]))
         if part == Part.live_loop:
             # MuJoCo, which nothing else needs.
-            from benchmarks.live_loop import free_air
+            from benchmarks.live_loop import contact, free_air
 
-            marked_air = free_air.measure(seeds)
-            results["live_loop"] = free_air.kept(marked_air)
-            Console(width=190).print(free_air.table(marked_air))
+            steps = [each.value for each in step or Step]
+            if "free_air" in steps:
+                marked_air = free_air.measure(seeds)
+                results["live_loop"] = free_air.kept(marked_air)
+                Console(width=190).print(free_air.table(marked_air))
+            if "contact" in steps:
+                pressed, simulated = contact.measure(seeds), contact.simulate()
+                results["live_loop_contact"] = contact.kept(pressed, simulated)
+                Console(width=190).print(*contact.tables(pressed, simulated))
         if part in (Part.live, Part.all):
             results["live"] = live.measure(RESULTS, seconds)
         if part in (Part.offline, Part.all):

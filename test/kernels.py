@@ -26,6 +26,18 @@ def fit() -> None:
     tp.compare({"t": time, "u": position, "F": force}, rig="compliant_probe").plus("contact_loss")
 
 
+def pressed() -> None:
+    """The contact of a robot, and one that is lost."""
+    import tissue_probe as tp
+
+    time = np.arange(500) / 250.0
+    position = 2e-3 + 1e-3 * np.sin(15.0 * time)
+    force = 1000.0 * np.maximum(position - 1.5e-3, 0.0)
+    force += 0.02 * np.random.default_rng(0).standard_normal(time.size)
+    table = {"t": time, "u": position, "F": force}
+    tp.identify_contact(tp.read(table, force_polarity="compression"), delay=0.0)
+
+
 def mapped() -> None:
     """The map of a scan."""
     import tissue_probe as tp
@@ -65,7 +77,14 @@ def jobs() -> list[Callable[[], None]]:
     """The longest first, so that no process ends long after the other."""
     from tissue_probe.estimation import ESTIMATORS
 
-    return [mapped, fit, challenged, simulated, *(partial(estimated, name) for name in ESTIMATORS)]
+    return [
+        mapped,
+        fit,
+        pressed,
+        challenged,
+        simulated,
+        *(partial(estimated, name) for name in ESTIMATORS),
+    ]
 
 
 def do(job: Callable[[], None]) -> None:

@@ -17,6 +17,9 @@ if TYPE_CHECKING:
     from tissue_probe.analysis.catalogue import estimators as estimators
     from tissue_probe.analysis.challenges import make_challenge as make_challenge
     from tissue_probe.analysis.comparing import compare as compare
+    from tissue_probe.analysis.contact_used import design_admittance as design_admittance
+    from tissue_probe.analysis.contact_used import mujoco_contact as mujoco_contact
+    from tissue_probe.analysis.contacting import identify_contact as identify_contact
     from tissue_probe.analysis.diagnosing import diagnose as diagnose
     from tissue_probe.analysis.diagnosing import improve as improve
     from tissue_probe.analysis.estimating import estimate as estimate
@@ -40,16 +43,19 @@ _PLACES = {
     "Measurements": "tissue_probe.analysis.measurements:Measurements",
     "TissueProbeError": "tissue_probe.errors:TissueProbeError",
     "compare": "tissue_probe.analysis.comparing:compare",
+    "design_admittance": "tissue_probe.analysis.contact_used:design_admittance",
     "diagnose": "tissue_probe.analysis.diagnosing:diagnose",
     "effects": "tissue_probe.analysis.catalogue:effects",
     "estimate": "tissue_probe.analysis.estimating:estimate",
     "estimators": "tissue_probe.analysis.catalogue:estimators",
+    "identify_contact": "tissue_probe.analysis.contacting:identify_contact",
     "identify_sensor": "tissue_probe.analysis.sensing:identify_sensor",
     "improve": "tissue_probe.analysis.diagnosing:improve",
     "load_model": "tissue_probe.physics.model_file:load",
     "make_challenge": "tissue_probe.analysis.challenges:make_challenge",
     "map": "tissue_probe.analysis.mapping:map_sites",
     "modulus": "tissue_probe.analysis.modulus:modulus",
+    "mujoco_contact": "tissue_probe.analysis.contact_used:mujoco_contact",
     "preview": "tissue_probe.analysis.previewing:preview",
     "promises": "tissue_probe.analysis.promising:promises",
     "read": "tissue_probe.analysis.measurements:read",
@@ -63,16 +69,19 @@ __all__ = [
     "TissueProbeError",
     "__version__",
     "compare",
+    "design_admittance",
     "diagnose",
     "effects",
     "estimate",
     "estimators",
+    "identify_contact",
     "identify_sensor",
     "improve",
     "load_model",
     "make_challenge",
     "map",
     "modulus",
+    "mujoco_contact",
     "preview",
     "promises",
     "read",

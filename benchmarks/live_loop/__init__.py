@@ -1,1 +1,1 @@
-"""A robot's arm in MuJoCo, and how well its force sensor is identified: `live_loop`."""
+"""A robot's arm in MuJoCo: how well its force sensor, and what it touches, are identified."""

@@ -1,11 +1,12 @@
 """An arm of six joints in MuJoCo with a hidden tool on its force sensor, and a cable to the tool.
 
-Contents: the model, its motion in free air, pose and wrench as measured.
+Contents: the model, its motion in free air and in contact, pose and wrench as measured.
 
 The joints follow a given motion exactly: MuJoCo's inverse dynamics at each instant gives the load
 on the sensor (`force` and `torque` at a site), so no step of time and no controller has an error.
 The cable is a spring between a point of the forearm and one of the tool; its force is applied to
-the tool's body (`xfrc_applied`), as MuJoCo's force sensors leave tendons out. Where it sags its end
+the tool's body (`xfrc_applied`), as MuJoCo's force sensors leave tendons out, and so is that of a
+tissue under the tip. Where it sags its end
 at the forearm is lower by that.
 
 Shares no code with the package.
@@ -33,6 +34,9 @@ MASS = 0.8  # kg
 SWINGS = np.array([0.12, 0.12, 0.12, 0.6, 0.6, 0.6])
 #: Frequencies of the swings [Hz]: with these the flange turns with 1.8 rad/s rms, .5 m/s2.
 SLOWEST, FASTEST = 0.05, 0.45
+#: Pressing: half its way, and the middle of it [m]; frequencies, and how often they sweep [Hz].
+TRAVEL, PRELOAD = 1e-3, 2e-3
+SLOW, FAST, SWEEP = 1.0, 4.0, 0.5
 HOME = np.array([0.0, -1.0, 1.6, -0.6, 0.4, 0.0])
 
 XML = """
@@ -55,6 +59,7 @@ XML = """
                 <joint axis="0 1 0"/><geom type="sphere" size=".03" mass=".3"/>
                 <body name="tool" pos="0 .07 0" quat=".70710678 -.70710678 0 0">
                   <site name="sensor"/><site name="end" pos=".05 .02 .08"/>
+                  <site name="tip" pos="0 0 .12"/>
                   <inertial pos="{com}" mass="{mass}" fullinertia="{inertia}"/>
                 </body>
               </body>
@@ -85,6 +90,14 @@ class Cable:
     stiffness: float
     length: float = 0.05
     sag: float = 0.0
+
+
+@dataclass(frozen=True)
+class Tissue:
+    """A spring and a damper under the tip [N/m], [N s/m]."""
+
+    stiffness: float
+    damping: float
 
 
 @dataclass(frozen=True)
@@ -147,10 +160,22 @@ class World:
         swings = _Swings(self._random, 0.0)
         return self._measured(begin + np.arange(round(seconds * RATE)) / RATE, swings)
 
-    def _measured(self, time: Array, swings: _Swings) -> Measured:
+    def press(self, begin: float, seconds: float, tissue: Tissue) -> tuple[Measured, Array]:
+        """Press the tip to and fro on tissue, in a frequency that sweeps up and down.
+
+        Returns the stretch, and the direction of pressing in the world, which is that of the
+        sensor's z throughout, shape (3,).
+        """
+        motion = _Pressing(self._model, self._random)
+        time = begin + np.arange(round(seconds * RATE)) / RATE
+        return self._measured(time, motion, tissue), motion.axis
+
+    def _measured(
+        self, time: Array, swings: _Swings | _Pressing, tissue: Tissue | None = None
+    ) -> Measured:
         ahead = round(DELAY * RATE)
         earlier = time[0] - np.arange(ahead, 0, -1) / RATE
-        place, turn, load = self._felt(np.concatenate([earlier, time]), swings)
+        place, turn, load = self._felt(np.concatenate([earlier, time]), swings, tissue)
         place, turn, true, late = place[ahead:], turn[ahead:], load[ahead:], load[: time.size]
         drifted = self.drifted(time)
         random = self._random
@@ -160,7 +185,9 @@ class World:
         joints = swings.at(time)[0][:, 3:] + JOINT_NOISE * random.normal(size=place.shape)
         return Measured(time, place, turn, joints, late + drifted + noise, true + drifted)
 
-    def _felt(self, time: Array, swings: _Swings) -> tuple[Array, Array, Array]:
+    def _felt(
+        self, time: Array, swings: _Swings | _Pressing, tissue: Tissue | None
+    ) -> tuple[Array, Array, Array]:
         """Return place and orientation of the sensor, and the load on it."""
         model, data = self._model, self._data
         tool, site = model.body("tool").id, model.site("sensor").id
@@ -171,6 +198,8 @@ class World:
             mujoco.mj_kinematics(model, data)
             mujoco.mj_comPos(model, data)
             data.xfrc_applied[tool] = self._pulled()
+            if tissue is not None:
+                data.xfrc_applied[tool] += self._pushed(tissue, *swings.pressed(time[row]))
             mujoco.mj_inverse(model, data)
             place[row] = data.site_xpos[site]
             mujoco.mju_mat2Quat(matrix, data.site_xmat[site])
@@ -190,6 +219,14 @@ class World:
         distance = np.linalg.norm(way)
         force = self.cable.stiffness * max(distance - self.cable.length, 0.0) * way / distance
         arm = end - data.xipos[model.body("tool").id]
+        return np.concatenate([force, np.cross(arm, force)])
+
+    def _pushed(self, tissue: Tissue, depth: float, speed: float) -> Array:
+        """Return the tissue's force and torque at the middle of the tool's mass, in the world."""
+        data, model = self._data, self._model
+        axis = data.site_xmat[model.site("tip").id].reshape(3, 3)[:, 2]
+        force = -(tissue.stiffness * depth + tissue.damping * speed) * axis
+        arm = data.site_xpos[model.site("tip").id] - data.xipos[model.body("tool").id]
         return np.concatenate([force, np.cross(arm, force)])
 
 
@@ -213,6 +250,67 @@ class _Swings:
         angle = (swing * np.sin(phase)).sum(axis=2)
         speed = (swing * omega * np.cos(phase)).sum(axis=2)
         return self._home + angle, speed, (-swing * omega**2 * np.sin(phase)).sum(axis=2)
+
+
+class _Pressing:
+    """The tip goes to and fro along the sensor's z, which keeps its direction.
+
+    By 2 mm, about 2 mm from the touch, in a frequency that sweeps between ``SLOW`` and ``FAST``.
+    """
+
+    def __init__(self, model: mujoco.MjModel, random: np.random.Generator) -> None:
+        way = np.linspace(-0.5e-3, 4.5e-3, 11)
+        self.axis, joints = straight(model, way)
+        self._joints = [np.polynomial.Polynomial.fit(way, each, 5) for each in joints.T]
+        self._phases = random.uniform(0.0, 2.0 * np.pi, 2)
+
+    def pressed(self, time: Array) -> tuple[Array, Array]:
+        """Return depth and speed of the tip at times."""
+        return self._way(time)[:2]
+
+    def _way(self, time: Array) -> tuple[Array, Array, Array]:
+        middle, swing, sweep = 0.5 * (SLOW + FAST), 0.5 * (FAST - SLOW), 2.0 * np.pi * SWEEP
+        turned = sweep * time + self._phases[0]
+        phase = 2.0 * np.pi * middle * time + swing / SWEEP * np.sin(turned) + self._phases[1]
+        rate = 2.0 * np.pi * (middle + swing * np.cos(turned))
+        gain = -2.0 * np.pi * swing * sweep * np.sin(turned)
+        speed = TRAVEL * rate * np.cos(phase)
+        acceleration = TRAVEL * (gain * np.cos(phase) - rate**2 * np.sin(phase))
+        return PRELOAD + TRAVEL * np.sin(phase), speed, acceleration
+
+    def at(self, time: Array) -> tuple[Array, Array, Array]:
+        """Return angles, speeds, accelerations of the joints at times, each of shape (n, 6)."""
+        way, speed, acceleration = self._way(time)
+        angle, slope, bend = (
+            np.stack([each.deriv(order)(way) for each in self._joints], axis=1)
+            for order in range(3)
+        )
+        rate = slope * speed[:, None]
+        return angle, rate, bend * speed[:, None] ** 2 + slope * acceleration[:, None]
+
+
+def straight(model: mujoco.MjModel, way: Array) -> tuple[Array, Array]:
+    """Return the sensor's z at home, and the joints as it goes along this unturned, (n, 6)."""
+    data, site = mujoco.MjData(model), model.site("sensor").id
+    data.qpos[:] = HOME
+    mujoco.mj_kinematics(model, data)
+    place, turn = data.site_xpos[site].copy(), data.site_xmat[site].copy()
+    axis, joints = turn.reshape(3, 3)[:, 2].copy(), []
+    moves, turns, off, wanted, now = (np.zeros(n) for n in (18, 18, 3, 4, 4))
+    moves, turns = moves.reshape(3, 6), turns.reshape(3, 6)
+    mujoco.mju_mat2Quat(wanted, turn)
+    for each in way:
+        for _ in range(8):  # Newton's steps: each squares the error
+            mujoco.mj_kinematics(model, data)
+            mujoco.mj_comPos(model, data)
+            mujoco.mj_jacSite(model, data, moves, turns, site)
+            mujoco.mju_mat2Quat(now, data.site_xmat[site])
+            mujoco.mju_subQuat(off, wanted, now)
+            off[:] = data.site_xmat[site].reshape(3, 3) @ off
+            left = np.concatenate([place + each * axis - data.site_xpos[site], off])
+            data.qpos += np.linalg.solve(np.concatenate([moves, turns]), left)
+        joints.append(data.qpos.copy())
+    return axis, np.array(joints)
 
 
 def _direction(random: np.random.Generator) -> Array:

@@ -84,10 +84,10 @@ def measure(count: int, first: int = FIRST, names: Iterable[str] | None = None) 
 
 def _mark(row: Row, seed: int) -> Mark:
     world = row.make(seed)
-    runs = _runs(world.move(0.0, IDENTIFIED), row.joints)
+    runs = runs_of(world.move(0.0, IDENTIFIED), row.joints)
     found = identify(runs)
     soon = world.move(IDENTIFIED, SOON)
-    zero = _runs(world.move(LATE, ZERO), row.joints)[0]
+    zero = runs_of(world.move(LATE, ZERO), row.joints)[0]
     late = world.move(LATE + ZERO, SOON)
     error_soon, inside_soon, held_soon = _off(found, soon, row.joints)
     error_late, inside_late, held_late = _off(found.with_zero(zero), late, row.joints)
@@ -118,7 +118,8 @@ def _tracks(measured: Measured, joints: bool) -> tuple[Track, Track, Track | Non
     return poses, Track(stamps, measured.wrench), angles
 
 
-def _runs(measured: Measured, joints: bool):
+def runs_of(measured: Measured, joints: bool):
+    """Return a stretch as the identification takes it."""
     return stretches(*_tracks(measured, joints), EPOCH)
 
 
@@ -126,7 +127,7 @@ def _off(
     found: Identified, measured: Measured, joints: bool
 ) -> tuple[tuple[float, float], float, tuple[bool, ...]]:
     """Return errors of the wrench foreseen, the share within, and whether the middle is."""
-    time, made, deviation = found.wrench(_runs(measured, joints)[0])
+    time, made, deviation = found.wrench(runs_of(measured, joints)[0])
     true = np.stack([np.interp(time, measured.time, each) for each in measured.true.T], axis=1)
     off = made - true
     inside = np.abs(off) < WITHIN * deviation

@@ -20,6 +20,9 @@ ROOT = Path(__file__).parents[2]
 CLASSES = (
     "analysis.question:Asked",
     "analysis.comparing:ComparisonResult",
+    "analysis.contact_used:AdmittanceResult",
+    "analysis.contact_used:MujocoResult",
+    "analysis.contacting:ContactResult",
     "analysis.diagnosing:DiagnosisResult",
     "analysis.result_table:ResultTable",
     "analysis.sensing:SensorResult",

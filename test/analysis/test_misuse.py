@@ -30,21 +30,25 @@ SINE = {"kind": "sine", "frequency": 10.0, "amplitude": 1e-3}
 
 MEASURED = tp.read(TABLE, **READ)
 COMPARED = tp.compare(MEASURED, **STATED)
+FELT = tp.identify_contact(MEASURED, delay=0.0, constants={"tip_mass": 0.0})
 
 #: A right call of every public function, as quick as one is.
 RIGHT = {
     "Measurements": {"parts": MEASURED.parts},
     "compare": {"measured": MEASURED, **STATED},
     "diagnose": {"measured": MEASURED, **STATED},
+    "design_admittance": {"contacts": FELT, "mass": 2.0, "stiffness": 50.0, "delay": 0.01},
     "effects": {"files": ()},
     "estimate": {"measured": MEASURED},
     "estimators": {},
+    "identify_contact": {"measured": "none.csv"},
     "identify_sensor": {"source": "none.csv"},
     "improve": {"measured": MEASURED, **STATED},
     "load_model": {"path": "none.yaml"},
     "make_challenge": {"seed": 1, "excitation": "sine10"},
     "map": {"measured": SITES, "within": CORNERS},
     "modulus": {"model": COMPARED.model, "indenter": "flat", "radius": 1e-3},
+    "mujoco_contact": {"contact": FELT, "model": "none.xml", "tip": "tip", "tissue": "tissue"},
     "preview": {"path": "none.csv"},
     "promises": {"measured": MEASURED, **STATED},
     "read": READ,

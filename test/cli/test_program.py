@@ -15,7 +15,8 @@ from tissue_probe.estimation import ESTIMATORS, EstimatorSettings
 
 COMMANDS = [
     *("demo", "estimate", "estimators", "map", "info", "export", "excitation", "reproduce"),
-    *("compare", "diagnose", "improve", "effects", "sensor", "modulus", "workbench"),
+    *("compare", "diagnose", "improve", "effects", "sensor", "contact", "admittance", "mujoco"),
+    *("modulus", "workbench"),
     *("challenge", "calibrate", "study"),
 ]
 

@@ -63,3 +63,13 @@ def test_the_tip_begins_at_rest_or_with_the_coil():
         problem = Problem(Composition(), [seen], Instrument())
         (begun,) = problem.begin(problem.nominal)
         assert begun.mean[1] == pytest.approx(speed, rel=0.01)
+
+
+def test_noise_of_a_short_position_is_not_taken_for_motion_by_chance():
+    # Of so few samples likeness of two white noises is often as large as that of a motion.
+    time = np.arange(300) / 250.0
+    depth = 1e-3 * np.sin(2.0 * np.pi * 3.0 * time)
+    for seed in range(100):
+        of_depth, of_force = np.random.default_rng(seed).normal(size=(2, time.size))
+        read = Measurement(depth + 1e-5 * of_depth, 1e3 * depth + 0.1 * of_force, 4e-3)
+        assert read.position_noise == pytest.approx(1e-5, rel=0.4)

@@ -218,7 +218,7 @@ def _kind(item: Item) -> take.Kind:
     """Return which values an item takes; where nothing is said by default, None as well."""
     kind = {
         "choice": take.choice(*item.choices),
-        "constants": take.by_name(_constant, "numbers"),
+        "constants": take.by_name(constant, "numbers"),
         "file": either_model,
         "files": take.several(take.path, "paths"),
         "flag": take.flag,
@@ -242,7 +242,7 @@ def _rig_itself(kind: take.Kind) -> take.Kind:
     return lambda name, given: given if isinstance(given, Rig) else kind(name, given)
 
 
-def _constant(name: str, given: Any) -> float | tuple[float, ...]:
+def constant(name: str, given: Any) -> float | tuple[float, ...]:
     """Take a number, or one with its standard deviation."""
     if not isinstance(given, (tuple, list)):
         return float(take.number()(name, given))

@@ -11,9 +11,11 @@ import sys
 import typer
 
 from tissue_probe import __version__
+from tissue_probe.cli.admittance import admittance
 from tissue_probe.cli.calibrate import calibrate
 from tissue_probe.cli.challenge import challenge
 from tissue_probe.cli.compare import compare
+from tissue_probe.cli.contact import contact
 from tissue_probe.cli.demo import demo
 from tissue_probe.cli.diagnose import diagnose
 from tissue_probe.cli.effects import effects
@@ -25,6 +27,7 @@ from tissue_probe.cli.improve import improve
 from tissue_probe.cli.info import info
 from tissue_probe.cli.map import map_command
 from tissue_probe.cli.modulus import modulus
+from tissue_probe.cli.mujoco import mujoco
 from tissue_probe.cli.options_named import with_options
 from tissue_probe.cli.reproduce import reproduce
 from tissue_probe.cli.sensor import sensor
@@ -54,6 +57,9 @@ app.command()(diagnose)
 app.command()(improve)
 app.command()(effects)
 app.command()(sensor)
+app.command()(contact)
+app.command()(admittance)
+app.command()(mujoco)
 app.command()(modulus)
 app.command()(workbench)
 app.add_typer(challenge, name="challenge")

@@ -41,12 +41,26 @@ def constants(texts: Sequence[str]) -> dict[str, float | tuple[float, float]]:
     ValueError
         If one is written otherwise.
     """
+    return _by_name("--constant", texts, _read, "NAME=VALUE+-SD, such as tip_mass=0.04+-0.001")
 
-    def read(written: str) -> tuple[float, float]:
-        value, given, deviation = written.partition("+-")
-        return float(value), float(deviation) if given else 0.0
 
-    return _by_name("--constant", texts, read, "NAME=VALUE+-SD, such as tip_mass=0.04+-0.001")
+def uncertain(option: str, text: str | None) -> tuple[float, float] | None:
+    """Return a value with its standard deviation, of VALUE+-SD; None where nothing is said.
+
+    Raises
+    ------
+    ValueError
+        If it is written otherwise.
+    """
+    try:
+        return None if text is None else _read(text)
+    except ValueError:
+        raise ValueError(f"{option} {text}: give VALUE+-SD, such as 0.004+-0.0001") from None
+
+
+def _read(written: str) -> tuple[float, float]:
+    value, given, deviation = written.partition("+-")
+    return float(value), float(deviation) if given else 0.0
 
 
 def odds(texts: Sequence[str]) -> dict[str, float]:

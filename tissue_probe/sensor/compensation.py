@@ -5,6 +5,7 @@ Contents: the numbers of the file; load and cable at a moment; the drift, which 
 
 from __future__ import annotations
 
+import math
 import os
 from contextlib import suppress
 from dataclasses import asdict, dataclass, replace
@@ -63,6 +64,9 @@ class Compensation:
         Functions of the cable.
     weights : array, shape (6, count)
         Of these.
+    mass_deviation, delay_deviation : float
+        Standard deviations of the mass' error [kg] and of the delay's [s]; infinite in a file that
+        does not say.
     """
 
     load: FloatArray
@@ -79,6 +83,16 @@ class Compensation:
     stamp: int
     cable: CableFunctions | None
     weights: FloatArray
+    mass_deviation: float = math.inf
+    delay_deviation: float = math.inf
+
+    @property
+    def mass(self) -> tuple[float, float]:
+        """What hangs on the sensor, and its error [kg].
+
+        The error is infinite with a cable, whose weight is one with it.
+        """
+        return abs(float(self.load[0])), math.inf if self.cable else self.mass_deviation
 
     def pulled(self, moved: Motion, run: FreeAir) -> FloatArray:
         """Return the wrench of load and cable, shape (n, 6), of motions and the poses of a run."""
@@ -134,7 +148,8 @@ class Compensation:
         """Return the file's text."""
         plain: dict[str, Any] = {"format": FORMAT}
         for name, value in asdict(self).items():
-            plain[name] = _plain(value)
+            if not (isinstance(value, float) and math.isinf(value)):
+                plain[name] = _plain(value)
         return yaml.safe_dump(plain, sort_keys=False, default_flow_style=None)
 
 
@@ -178,6 +193,8 @@ def compensation(found: Identified, runs: list[FreeAir], origin: int) -> Compens
         stamp=origin + round(end * NANOSECONDS),
         cable=found.cable,
         weights=point.weights if found.cable else np.empty((6, 0)),
+        mass_deviation=found.number("mass").deviation,
+        delay_deviation=found.number("delay").deviation,
     )
 
 
@@ -247,7 +264,12 @@ def _of_plain(content: dict[str, Any]) -> Compensation:
     if abs(delay) > 2.0 * LONGEST_DELAY:
         raise ValueError(f"delay is {delay:g} s: sensors have {LONGEST_DELAY:g} s at most")
     stamp = sound_stamp(_whole(content, "stamp"))
-    return Compensation(**arrays, delay=delay, stamp=stamp, cable=cable)
+    known = [name for name in ("mass_deviation", "delay_deviation") if name in content]
+    told = {name: float(_numbers(content, name, ())) for name in known}
+    for name, value in told.items():
+        if value < 0.0:
+            raise ValueError(f"{name} is below 0")
+    return Compensation(**arrays, **told, delay=delay, stamp=stamp, cable=cable)
 
 
 def _cable(content: Any) -> CableFunctions:

@@ -15,6 +15,7 @@ from tissue_probe.diagnosis.observation.motion import MotionEstimate
 from tissue_probe.diagnosis.observation.noise import UNKNOWN_NOISE, Noise
 from tissue_probe.diagnosis.observation.resampling import AS_MEASURED, Resampling
 from tissue_probe.diagnosis.residuals.noise_floor import (
+    BY_CHANCE,
     EXACT,
     FELT,
     NOISY,
@@ -152,7 +153,8 @@ class Measurement:
         noise, felt = noise_not_felt(self.position, self.force)
         noise /= self.resampling.left
         least = max(NOISY * self.extent.step, EXACT * float(np.ptp(self.position)))
-        return noise if noise > least and abs(felt) < FELT else 0.0
+        alike = max(FELT, BY_CHANCE / np.sqrt(self.position.size))
+        return noise if noise > least and abs(felt) < alike else 0.0
 
     @cached_property
     def rounded(self) -> float:
