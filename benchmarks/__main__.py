@@ -87,6 +87,7 @@ class Part(str, Enum):
     code = "code"
     study = "study"
     live_loop = "live_loop"
+    monitor = "monitor"
     free_form = "free_form"
     all = "all"
 
@@ -95,7 +96,7 @@ class Part(str, Enum):
 WITHOUT_BAG = (
     *(Part.reading, Part.start, Part.protocols, Part.third_party, Part.map, Part.workbench),
     *(Part.explore, Part.blocks, Part.golden, Part.code, Part.instrument, Part.study),
-    *(Part.live_loop, Part.free_form),
+    *(Part.live_loop, Part.monitor, Part.free_form),
 )
 OWN_TABLES = (Part.daq, Part.soak, Part.readers, *WITHOUT_BAG)
 
@@ -121,7 +122,10 @@ def main(
     ] = 60.0,
     minutes: Annotated[float, typer.Option(min=0.1, help="Time of `soak` [min].")] = 10.0,
     seeds: Annotated[
-        int, typer.Option(min=1, help="Seeds of each row of `estimators` and `live_loop`.")
+        int,
+        typer.Option(
+            min=1, help="Seeds of each row of `estimators` and `live_loop`; minutes of `monitor`."
+        ),
     ] = 20,
     sequences: Annotated[
         int, typer.Option(min=1, help="`filters`: random sequences that each filter gets.")
@@ -199,8 +203,9 @@ def main(
     finite elements; `workbench` how soon its page answers in a browser; `golden` what the diagnosis
     says of a fixed set of records, beside an earlier result; `code` how large and tangled the
     diagnosis' code is; `study` how fast many recordings are answered, and whether their statistics
-    hold; `live_loop` how right a robot's force sensor is identified on an arm in MuJoCo;
-    `free_form` learnt shapes on second records. `all` leaves these eighteen out.
+    hold; `live_loop` how right a robot's force sensor is identified on an arm in MuJoCo; `monitor`
+    whether the test of the model in use tells hidden effects, and minutes without any;
+    `free_form` learnt shapes on second records. `all` leaves these nineteen out.
     """
     os.environ.setdefault("ROS_DOMAIN_ID", DOMAIN)
     count = count or (STUDIED if part == Part.study else diagnosis.COUNT)
@@ -299,6 +304,12 @@ def main(
             marked_air = free_air.measure(seeds)
             results["live_loop"] = free_air.kept(marked_air)
             Console(width=190).print(free_air.table(marked_air))
+        if part == Part.monitor:
+            from benchmarks.live_loop import monitor
+
+            watched = monitor.measure(seeds)
+            results["monitor"] = monitor.kept(watched)
+            Console(width=150).print(monitor.table(watched))
         if part in (Part.live, Part.all):
             results["live"] = live.measure(RESULTS, seconds)
         if part in (Part.offline, Part.all):

@@ -5,6 +5,9 @@ Contents: the samples that are kept, where a window may begin, when one is due.
 
 from __future__ import annotations
 
+from collections import deque
+from collections.abc import Sequence
+
 import numpy as np
 
 from tissue_probe.monitoring.settings import MonitorSettings
@@ -39,8 +42,8 @@ class Monitor:
         self.model: TestedModel = tested_model(settings)
         self.untested = ""
         self._test = WindowTest(self.model, settings)
-        self._blocks: list[SampleBlock] = []
-        self._fresh = 0
+        self._blocks: deque[SampleBlock] = deque()
+        self._count = self._fresh = 0
         self._sites: list[PalpationSite] = []
         self._dwells = True
 
@@ -62,6 +65,7 @@ class Monitor:
             self._restart()
         self.untested = ""
         self._blocks.append(block)
+        self._count += len(block)
         self._fresh += len(block)
         self._let_go(block.sample_period)
         return self._tested(block.sample_period)
@@ -72,7 +76,7 @@ class Monitor:
 
     def _restart(self) -> None:
         self._blocks.clear()
-        self._fresh = 0
+        self._count = self._fresh = 0
 
     def _pass_sites(self, block: SampleBlock) -> None:
         """Begin anew, with the model's own values, at an announcement before the block's end."""
@@ -97,13 +101,12 @@ class Monitor:
     def _let_go(self, period: float) -> None:
         """Let go of blocks that are older than the samples that are kept."""
         most = round(self.settings.kept / period)
-        count = sum(map(len, self._blocks))
-        while count - len(self._blocks[0]) >= most:
-            count -= len(self._blocks.pop(0))
+        while self._count - len(self._blocks[0]) >= most:
+            self._count -= len(self._blocks.popleft())
 
     def _tested(self, period: float) -> Tested | None:
         window, step = (round(t / period) for t in (self.settings.window, self.settings.step))
-        if self._fresh < step or sum(map(len, self._blocks)) < window:
+        if self._fresh < step or self._count < window:
             return None
         self._fresh = 0
         whole = _joined(self._blocks)
@@ -117,7 +120,7 @@ def _goes_on(before: SampleBlock, block: SampleBlock) -> bool:
     return alike and block.sequence == before.sequence + len(before)
 
 
-def _joined(blocks: list[SampleBlock]) -> SampleBlock:
+def _joined(blocks: Sequence[SampleBlock]) -> SampleBlock:
     first = blocks[0]
     channels = (
         np.concatenate([getattr(block, name) for block in blocks])

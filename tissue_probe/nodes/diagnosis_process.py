@@ -12,6 +12,7 @@ import sys
 import time
 from contextlib import ExitStack
 from tempfile import TemporaryFile
+from typing import IO
 
 from tissue_probe.monitoring.question import Question, Verdict
 from tissue_probe.nodes.live_posterior import NICENESS
@@ -39,18 +40,13 @@ class DiagnosisProcess:
 
     def __init__(self, question: Question) -> None:
         # Files in place of pipes: nothing here waits for the process, nor it for this one.
-        self._files = ExitStack()
-        asked, self._told = (self._files.enter_context(TemporaryFile()) for _ in range(2))
-        pickle.dump(question, asked)
-        asked.seek(0)
+        with TemporaryFile() as asked, ExitStack() as files:
+            pickle.dump(question, asked)
+            asked.seek(0)
+            self._told = files.enter_context(TemporaryFile())
+            self._process = _started(asked, self._told)
+            self._files = files.pop_all()
         self._begun = time.monotonic()
-        self._process = subprocess.Popen(
-            [sys.executable, "-m", _MODULE],
-            stdin=asked,
-            stdout=self._told,
-            # A thread for each core would take all of them from the nodes.
-            env={**os.environ, "OPENBLAS_NUM_THREADS": "1"},
-        )
         self.pid = self._process.pid
         if hasattr(os, "setpriority"):
             os.setpriority(os.PRIO_PROCESS, self.pid, NICENESS)
@@ -88,3 +84,13 @@ class DiagnosisProcess:
             self._process.kill()
             self._process.wait()
         self._files.close()
+
+
+def _started(asked: IO[bytes], told: IO[bytes]) -> subprocess.Popen[bytes]:
+    return subprocess.Popen(
+        [sys.executable, "-m", _MODULE],
+        stdin=asked,
+        stdout=told,
+        # A thread for each core would take all of them from the nodes.
+        env={**os.environ, "OPENBLAS_NUM_THREADS": "1"},
+    )
