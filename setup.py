@@ -25,6 +25,7 @@ NODES = [
     "driver",
     "estimators",
     "mapper",
+    "monitor",
     "recorder",
     "replay",
     "scan",

@@ -110,7 +110,7 @@ class Rig(str, Enum):
 Hidden = Enum("Hidden", {name: name for name in diagnosis.HIDDEN}, type=str)
 Excitation = Enum("Excitation", {name: name for name in DURATIONS}, type=str)
 Group = Enum("Group", {name: name for name in (*instrument_groups.GROUPS, "speed")}, type=str)
-Step = Enum("Step", {name: name for name in ("free_air", "contact")}, type=str)
+Step = Enum("Step", {name: name for name in ("free_air", "contact", "monitor")}, type=str)
 Protocol = Enum("Protocol", {name: name for name in PROTOCOLS}, type=str)
 
 
@@ -122,7 +122,10 @@ def main(
     ] = 60.0,
     minutes: Annotated[float, typer.Option(min=0.1, help="Time of `soak` [min].")] = 10.0,
     seeds: Annotated[
-        int, typer.Option(min=1, help="Seeds of each row of `estimators` and `live_loop`.")
+        int,
+        typer.Option(
+            min=1, help="Seeds of each row of `estimators` and `live_loop`; its minutes of the monitor."
+        ),
     ] = 20,
     sequences: Annotated[
         int, typer.Option(min=1, help="`filters`: random sequences that each filter gets.")
@@ -201,8 +204,9 @@ def main(
     finite elements; `workbench` how soon its page answers in a browser; `golden` what the diagnosis
     says of a fixed set of records, beside an earlier result; `code` how large and tangled the
     diagnosis' code is; `study` how fast many recordings are answered, and whether their statistics
-    hold; `live_loop` how right a robot's force sensor is identified on an arm in MuJoCo, and how
-    right its contact; `free_form` learnt shapes on second records. `all` leaves these eighteen out.
+    hold; `live_loop` how right a robot's force sensor is identified on an arm in MuJoCo, how right
+    its contact, and whether the monitor tells hidden effects, and minutes without any;
+    `free_form` learnt shapes on second records. `all` leaves these eighteen out.
     """
     os.environ.setdefault("ROS_DOMAIN_ID", DOMAIN)
     count = count or (STUDIED if part == Part.study else diagnosis.COUNT)
@@ -296,7 +300,7 @@ def main(
             Console().print(*studies.tables(results["study"]))
         if part == Part.live_loop:
             # MuJoCo, which nothing else needs.
-            from benchmarks.live_loop import contact, free_air
+            from benchmarks.live_loop import contact, free_air, monitor
 
             steps = [each.value for each in step or Step]
             if "free_air" in steps:
@@ -307,6 +311,10 @@ def main(
                 pressed, simulated = contact.measure(seeds), contact.simulate()
                 results["live_loop_contact"] = contact.kept(pressed, simulated)
                 Console(width=190).print(*contact.tables(pressed, simulated))
+            if "monitor" in steps:
+                watched = monitor.measure(seeds)
+                results["live_loop_monitor"] = monitor.kept(watched)
+                Console(width=150).print(monitor.table(watched))
         if part in (Part.live, Part.all):
             results["live"] = live.measure(RESULTS, seconds)
         if part in (Part.offline, Part.all):

@@ -1,4 +1,4 @@
-"""Start estimators, the mapper on their estimates, and a recorder if there is an output.
+"""Start estimators, the mapper on their estimates, monitor and recorder where asked for.
 
 The other launch files include it.
 
@@ -83,7 +83,20 @@ def generate_launch_description() -> LaunchDescription:
                 default_value="",
                 description="MCAP file to record, never overwritten; empty to record nothing",
             ),
+            DeclareLaunchArgument(
+                "monitor",
+                default_value="false",
+                description="true to test the model on all samples, and diagnose where it fails",
+            ),
             OpaqueFunction(function=estimation_nodes),
+            Node(
+                executable="monitor",
+                name="monitor",
+                parameters=PARAMETERS,
+                ros_arguments=["--enclave", "/probe/monitor"],
+                condition=IfCondition(LaunchConfiguration("monitor")),
+                **COMMON,
+            ),
             Node(
                 executable="recorder",
                 name="recorder",

@@ -43,6 +43,7 @@ NODES = {
     },
     "estimators": {"": "nodes.estimators:EstimatorsSettings"},
     "mapper": {"": "nodes.mapper:MapperSettings"},
+    "monitor": {"": "monitoring.settings:MonitorSettings"},
     "scan": {"": "nodes.scan:ScanSettings"},
     "stage": {"": "nodes.stage:StageSettings"},
     "adapter": {"": "nodes.adapter:AdapterSettings"},

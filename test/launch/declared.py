@@ -9,6 +9,7 @@ from pydantic import BaseModel
 from tissue_probe.devices.limits import Limits
 from tissue_probe.devices.registry import DEVICES
 from tissue_probe.estimation import ESTIMATORS, EstimatorSettings
+from tissue_probe.monitoring.settings import MonitorSettings
 from tissue_probe.nodes.adapter import AdapterSettings
 from tissue_probe.nodes.driver import DriverSettings, ExcitationSettings
 from tissue_probe.nodes.estimator import EstimatorNodeSettings
@@ -33,6 +34,7 @@ SETTINGS: dict[str, list[tuple[str, type[BaseModel]]]] = {
     ],
     "estimators": [("", EstimatorsSettings)],
     "mapper": [("", MapperSettings)],
+    "monitor": [("", MonitorSettings)],
     "recorder": [("", RecorderSettings)],
     "replay": [("", ReplaySettings)],
     "scan": [("", ScanSettings)],

@@ -26,6 +26,7 @@ from tissue_probe.nodes import estimator, estimators
 from tissue_probe.nodes.adapter import AdapterNode
 from tissue_probe.nodes.driver import Driver
 from tissue_probe.nodes.mapper import Mapper
+from tissue_probe.nodes.monitor import MonitorNode
 from tissue_probe.nodes.recorder import Recorder
 from tissue_probe.nodes.replay import Replay
 from tissue_probe.nodes.scan import Scan
@@ -57,6 +58,7 @@ def make_nodes() -> list[Node]:
     made = [Driver()]
     made[0].trigger_configure()  # before there is a replay, beside which it would be refused
     made += [Stage(), Scan(), Mapper(), Recorder(), Replay(), AdapterNode(), Sensor()]
+    made.append(MonitorNode())
     made += [node for name in ESTIMATORS for node in estimator.make(name)]
     made += estimators.make()
     return made

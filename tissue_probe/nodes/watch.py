@@ -41,6 +41,7 @@ from tissue_probe_msgs.action import ScanGrid
 from tissue_probe_msgs.msg import (
     Inclusion,
     Inclusions,
+    ModelVerdict,
     ProbeSamples,
     SiteResult,
     SiteResults,
@@ -106,6 +107,8 @@ class Watch:
         The newest of both; empty before any.
     health : dict
         Level (0 to 3) and message of each node, by its name.
+    verdict : dict
+        The monitor's newest verdict on the model; empty before any.
     """
 
     def __init__(self, namespace: str = "/probe") -> None:
@@ -119,6 +122,7 @@ class Watch:
         self.map = WatchedMap()
         self.fault = self.state = ""
         self.health: dict[str, tuple[int, str]] = {}
+        self.verdict: dict[str, Any] = {}
         self._inbox = Inbox(self._node)
         hear = self._inbox.subscribe
         hear(ProbeSamples, "samples", HEARD, self._on_samples, raw=True)
@@ -127,6 +131,7 @@ class Watch:
         hear(SiteResults, "sites", LATCHED, self._on_sites)
         hear(Inclusions, "inclusions", LATCHED, self._on_inclusions)
         hear(PointCloud2, "stiffness_cloud", LATCHED, self._on_cloud)
+        hear(ModelVerdict, "model_verdict", LATCHED, self._on_verdict)
         hear(String, "fault", LATCHED, self._on_fault)
         hear(OperatingState, "operating_state", LATCHED, self._on_state)
         hear(DiagnosticArray, "/diagnostics", HEARD, self._on_health)
@@ -256,6 +261,16 @@ class Watch:
         fields = [(each.name, "<f4") for each in message.fields]
         self.map = replace(self.map, surface=np.frombuffer(bytes(message.data), np.dtype(fields)))
 
+    def _on_verdict(self, message: ModelVerdict, info: dict) -> None:
+        self.verdict = {
+            "verdict": message.verdict,
+            "effects": list(zip(message.effects, message.probabilities, strict=False)),
+            "error_current": _finite(message.error_current),
+            "error_proposed": _finite(message.error_proposed),
+            "unseen": list(message.unseen),
+            "experiment": message.experiment,
+        }
+
     def _on_fault(self, message: String, info: dict) -> None:
         self.fault = message.data
 
@@ -265,6 +280,11 @@ class Watch:
     def _on_health(self, message: DiagnosticArray, info: dict) -> None:
         for status in message.status:
             self.health[status.name] = (status.level[0], status.message)
+
+
+def _finite(value: float) -> float | None:
+    """Return a number as pages are told it: JSON knows no NaN."""
+    return value if math.isfinite(value) else None
 
 
 def _site(result: SiteResult) -> dict[str, Any]:

@@ -85,6 +85,7 @@ def _take_messages(watch: Any) -> tuple[dict[str, Any], dict[str, Any]]:
         "estimators": list(estimates),
         "fault": watch.fault,
         "state": watch.state,
+        "verdict": watch.verdict,
         "health": [[name, *told] for name, told in sorted(watch.health.items())],
     }
     return head, arrays

@@ -61,10 +61,11 @@ export function live() {
   const health = h("ul", { class: "notes" });
   const fault = h("p", { class: "problem" });
   const words = h("div", {});
-  const panel = h("aside", { class: "panel", "aria-label": "Live" }, h("section", {}, h("h2", {}, "Driver"), state, fault), commands(), h("section", {}, h("h2", {}, "Estimators"), words), h("section", { class: "mapgrid live" }, h("h2", {}, "Map"), grid), h("section", {}, h("h2", {}, "Health"), health));
+  const model = h("section", { "aria-label": "Model" });
+  const panel = h("aside", { class: "panel", "aria-label": "Live" }, h("section", {}, h("h2", {}, "Driver"), state, fault), commands(), h("section", {}, h("h2", {}, "Estimators"), words), model, h("section", { class: "mapgrid live" }, h("h2", {}, "Map"), grid), h("section", {}, h("h2", {}, "Health"), health));
   const column = h("div", { class: "charts" }, h("div", { class: "column live" }, Object.values(plots).map((plot) => plot.element)));
   const element = h("div", { class: "work" }, column, panel);
-  let drawn = 0;
+  let drawn = 0, judged = "{}";
   on("live", (/** @type {any} */ message) => {
     const { arrays } = message;
     if (arrays.time) samples.add(arrays.time, { force: arrays.force, position: arrays.position }, 5);
@@ -77,6 +78,10 @@ export function live() {
     }
     fill(state, h("b", {}, message.state || "not heard of yet"));
     fault.textContent = message.fault;
+    if (JSON.stringify(message.verdict) !== judged) {
+      judged = JSON.stringify(message.verdict);
+      fill(model, verdict(message.verdict));
+    }
     if (performance.now() - drawn < 90 || !element.isConnected) return;
     drawn = performance.now();
     draw(plots, samples, estimates);
@@ -113,6 +118,21 @@ function inWords(name, rows, number) {
     h("span", { class: "key", style: { color: `var(--${COLOURS[number % COLOURS.length]})` } }, h("b", {}, worded(name))),
     h("span", {}, `${short(last("stiffness"), 4)} ± ${short(1.96 * Math.sqrt(last("variance")), 2)} N/m`),
     h("span", { class: "small soft" }, STATUS[last("status")] ?? ""));
+}
+
+/**
+ * The monitor's verdict on the model, in a few lines.
+ * @param {{ verdict: string, effects: [string, number][], error_current: number | null, error_proposed: number | null, unseen: string[], experiment: string }} told
+ */
+function verdict(told) {
+  const times = (/** @type {number | null} */ error) => (error === null ? "not known" : `${short(error, 3)} times the noise`);
+  return [
+    h("h2", {}, "Model"), h("p", {}, h("b", {}, told.verdict)),
+    told.effects.map(([name, probability]) => h("div", { class: "row spread" }, h("span", {}, worded(name)), h("span", {}, short(probability, 2)))),
+    h("p", { class: "small" }, `The model leaves ${times(told.error_current)}, the proposed one ${times(told.error_proposed)}.`),
+    told.unseen.length ? h("p", { class: "small" }, `Not shown by this motion: ${told.unseen.map(worded).join(", ")}.`) : [],
+    told.experiment ? h("p", { class: "small" }, `Next: ${told.experiment}`) : [],
+  ];
 }
 
 /**
