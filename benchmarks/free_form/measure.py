@@ -5,12 +5,10 @@ Contents: one record's outcome, and the rows of all.
 
 from __future__ import annotations
 
-import tempfile
 import time
 from collections.abc import Iterator
 from dataclasses import asdict, dataclass
 from itertools import count, product
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -19,15 +17,12 @@ from benchmarks.free_form.cases import EXCITATIONS, STRENGTHS, TERMS, Record, re
 from tissue_probe.challenge.instrument import CHALLENGE_RATE, FORCE_NOISE
 from tissue_probe.diagnosis.diagnosis import fit_plainly
 from tissue_probe.diagnosis.fitting.fit import Fit
-from tissue_probe.diagnosis.improvement.ladder import climb_by
 from tissue_probe.diagnosis.observation.instrument import Instrument
 from tissue_probe.diagnosis.observation.measurement import Measurement
 from tissue_probe.diagnosis.ranking.carried import carry_model
-from tissue_probe.diagnosis.shape.effect_file import NAME, effect_text
-from tissue_probe.diagnosis.shape.found import FoundShape, found_shape, in_order
-from tissue_probe.errors import MeasurementError
+from tissue_probe.diagnosis.shape.found import FoundShape, found_shape
+from tissue_probe.diagnosis.shape.free_functions import in_order
 from tissue_probe.physics.composition import Composition
-from tissue_probe.physics.library import effects
 from tissue_probe.signals import BoolArray
 
 RIG = "compliant_probe"
@@ -44,7 +39,7 @@ class Outcome:
     """What was learnt of one record.
 
     ``second`` is the error of the learnt effect on the second record over the noise, inside the
-    range that the first one visited; None where no shape is claimed, or none can be an effect.
+    range that the first one visited; None where no shape is claimed, or none is told.
     """
 
     term: str
@@ -94,26 +89,15 @@ def outcome(term: str, excitation: str, strength: float, seed: int) -> Outcome:
         found.told,
         found.ratio,
         found.heldout,
-        _second(found, base, made) if found.accepted and found.told else None,
+        _second(found, made) if found.accepted and found.told else None,
         found.formula.name if found.formula else "",
         seconds,
     )
 
 
-def _second(found: FoundShape, base: Fit, made: Record) -> float | None:
+def _second(found: FoundShape, made: Record) -> float:
     """Return the error of the learnt effect on the second record, over the noise."""
-    try:
-        text = effect_text(found)
-    except MeasurementError:
-        return None
-    with tempfile.TemporaryDirectory() as folder:
-        path = Path(folder) / "my_effect.py"
-        path.write_text(text, encoding="utf-8")
-        effect = effects([path])[NAME]
-    try:
-        final = climb_by(base.composition, base.measurements, KNOWN, [effect]).final
-    except MeasurementError:  # it diverges: the claim is worth nothing
-        return float("inf")
+    final = found.as_effect.fit
     other = Measurement(*made.second, 1.0 / CHALLENGE_RATE, at_rest=True)
     moved = carry_model(final.composition, final.named(), [other], KNOWN)
     if moved is None:

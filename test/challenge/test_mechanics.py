@@ -56,6 +56,20 @@ def test_a_curved_branch_that_never_yields_is_a_second_spring_of_the_same_law(la
     np.testing.assert_allclose(found, expected, atol=1e-5 * np.ptp(expected))
 
 
+def test_damaged_tissue_that_is_pressed_no_deeper_is_a_weaker_spring():
+    damaged = MASSLESS._replace(damage=0.4, damage_depth=1e-3, damage_reached=5e-3)
+    left = 1000.0 * (1.0 - 0.4 * (1.0 - np.exp(-5.0)))
+    weaker = MASSLESS._replace(stiffness=left)
+    np.testing.assert_allclose(vibrate(damaged)[1], vibrate(weaker)[1], atol=1e-9)
+
+
+def test_damage_that_returns_leaves_a_first_pressing_alone():
+    damaged = MASSLESS._replace(damage=0.4, damage_returns=1.0)
+    np.testing.assert_allclose(hold(damaged, 2e-3), hold(MASSLESS, 2e-3), rtol=1e-6)
+    soft = hold(damaged._replace(damage_reached=4e-3), 2e-3)
+    assert np.all(soft < 0.7 * hold(MASSLESS, 2e-3))
+
+
 def test_a_curved_branch_beside_a_straight_spring_is_straight():
     straight = Specimen(branch_stiffness=(300.0,), branch_rate=(40.0,))
     curved = straight._replace(branch_curved=1.0)

@@ -43,8 +43,7 @@ def describe_shape(found: FoundShape | None) -> list[str]:
     said += _join_names([VARIABLE_NAMES[name] for name in found.variables]) + _others(found)
     sentences = [said + "."]
     if not found.accepted:
-        sentences.append("More is missing than that: no shape is claimed.")
-        return sentences
+        return [*sentences, f"{_refused(found)}: no shape is claimed."]
     if found.rivals:
         others = "; or ".join(
             _join_names([VARIABLE_NAMES[n] for n in each]) for each in found.rivals[:3]
@@ -56,6 +55,17 @@ def describe_shape(found: FoundShape | None) -> list[str]:
     if found.told:
         sentences.append(_formula(found))
     return sentences
+
+
+def _refused(found: FoundShape) -> str:
+    """Say why a shape is not claimed."""
+    if not found.learnt.choice.accepted:
+        return "More is missing than that"
+    if found.as_effect is None:
+        return "No effect can be made of such a function, so that it cannot be tried in the model"
+    if not found.as_effect.leaves_noise:
+        return f"Fitted as an effect of the model it leaves {found.ratio:.2f} times the noise"
+    return "Fitted as an effect of the model it does not carry over to the second recording"
 
 
 def _join_names(names: Sequence[str]) -> str:

@@ -103,6 +103,12 @@ def _bilinear_spring(strength: float, at: Situation, random: Random) -> Change:
     return Change({"knee_stiffness": change, "knee": 0.0 if surface and low < 0.0 else knee})
 
 
+def _damage_by_depth(strength: float, at: Situation, random: Random) -> Change:
+    """Lose stiffness by the largest depth (Simo, 1987), or, as often, off it (Ogden, 1999)."""
+    law = {"damage": strength, "damage_depth": random.uniform(0.3, 1.5) * at.depth}
+    return Change({**law, "damage_returns": float(random.integers(2))})
+
+
 def _nonlinear_damping(strength: float, at: Situation, random: Random) -> Change:
     """Quadratic, a power (Cross, 1965), by the direction, or of the recent speed (Barnes, 1997)."""
     beta, law = at.specimen.damping, random.integers(4)
@@ -245,6 +251,7 @@ MECHANICAL: dict[str, HiddenEffect] = {
     "hertz_contact": HiddenEffect("stiffening", _hertz_contact, 0.1, 0.5, 1.5, sets_preload=True),
     "saturating_spring": HiddenEffect("stiffening", _saturating_spring, 0.03, 0.7, 6.0),
     "bilinear_spring": HiddenEffect("stiffening", _bilinear_spring, 1e-3, 0.5, 10.0),
+    "damage_by_depth": HiddenEffect("damage", _damage_by_depth, 1e-3, 0.4, 0.95),
     "nonlinear_damping": HiddenEffect("damping", _nonlinear_damping, 1e-3, 0.3, 30.0),
     "hunt_crossley": HiddenEffect("stiffening", _hunt_crossley, 3e-3, 1.0, 30.0),
     "contact_loss": HiddenEffect("contact", _contact_loss, 0.01, 0.5, 1.0, sets_preload=True),

@@ -18,6 +18,7 @@ from tissue_probe.challenge.tip import (
     TOUCHING,
     find_ended_mode,
     rates,
+    remember,
     switch,
 )
 from tissue_probe.challenge.trajectory import Trajectory
@@ -72,6 +73,8 @@ def _integrate(p, start, period, u, u_rate):
         stretch = u[2 * step] - state[POSITION] - modes[ENGAGED] * p.play
         force[step] = p.load_cell_stiffness * stretch if modes[ENGAGED] else 0.0
         _advance(p, start, period, step, u, u_rate, state, modes, work)
+        if p.damage != 0.0:
+            remember(p, start + (step + 1) * period, state)
     return force
 
 

@@ -159,7 +159,7 @@ def make_challenge(
     clean = Case(*_rig_and_tissue(random, tolerances), first)
     clean = clean.press_in(pressed if preload is None else preload)
     case, hidden = _hide(effects, clean, random, tolerances)
-    second = _phases_anew(replace(case, trajectory=other), random)
+    second = replace(_phases_anew(case, random), trajectory=other)
     second = second.press_in(case.trajectory.preload)
     answer = HiddenTruth(
         effects=tuple(effects),
@@ -241,11 +241,15 @@ def _hide(
 
 
 def _phases_anew(case: Case, random: np.random.Generator) -> Case:
-    """Return the case at another time: hum and motion of the body are elsewhere in their cycle."""
+    """Return the case at another time: hum and motion of the body are elsewhere in their cycle.
+
+    The tissue remembers how deep it was pressed.
+    """
     surface, hum = random.uniform(0.0, 2.0 * np.pi, 2)
+    known = {"surface_phase": surface, "damage_reached": case.situation.depth}
     return replace(
         case,
-        specimen=case.specimen._replace(surface_phase=surface),
+        specimen=case.specimen._replace(**known),
         instrument=replace(case.instrument, hum_phase=hum),
     )
 

@@ -38,6 +38,11 @@ class Specimen(NamedTuple):
     hyperbola_depth: float = 0.0  # [m]; 0: no hyperbola
     knee_stiffness: float = 0.0  # share of k that is added beyond the knee
     knee: float = 0.0  # [m]
+    # damage by the largest depth
+    damage: float = 0.0  # share of the spring's force that is lost at the most
+    damage_depth: float = 1e-3  # [m]
+    damage_returns: float = 0.0  # 1: none at the largest depth itself
+    damage_reached: float = 0.0  # largest depth before the record's motion [m]
     # relaxation: springs [N/m] in series with dampers, and the dampers' rates k/c [1/s]
     branch_stiffness: tuple[float, ...] = ()
     branch_rate: tuple[float, ...] = ()

@@ -4,7 +4,8 @@ Contents: the rates of all states while contact, friction and play keep their mo
 that say that one has ended.
 
 States: tip position, velocity, Bouc-Wen's z [-], mode's position and velocity, recent strain
-amplitude [m], recent speed [m/s], then the force of each relaxation branch [N].
+amplitude [m], recent speed [m/s], largest depth so far [m], then the force of each relaxation
+branch [N].
 Modes: touching (0, 1), sliding (-1, 0 sticks, 1), engaged (-1, 0 in the gap, 1).
 """
 
@@ -14,9 +15,9 @@ import math
 
 from numba import njit
 
-from tissue_probe.challenge.tissue import elastic, steepness, stiffness, surface, viscous
+from tissue_probe.challenge.tissue import damaged, elastic, steepness, stiffness, surface, viscous
 
-POSITION, VELOCITY, BOUC, MODE, MODE_VELOCITY, STRAIN, AGILITY, BRANCHES = range(8)
+POSITION, VELOCITY, BOUC, MODE, MODE_VELOCITY, STRAIN, AGILITY, LARGEST, BRANCHES = range(9)
 TOUCHING, SLIDING, ENGAGED = range(3)
 
 
@@ -26,6 +27,8 @@ def tissue_force(p, time, state):
     d, d_rate = surface(p, time)
     depth, rate = state[POSITION] - d, state[VELOCITY] - d_rate
     force = elastic(p, stiffness(p, time, rate, state[STRAIN]), depth)
+    if p.damage != 0.0:
+        force *= damaged(p, depth, state[LARGEST])
     force += viscous(p, time, depth, rate, state[AGILITY])
     for branch in range(p.branches):
         force += state[BRANCHES + branch]
@@ -77,6 +80,7 @@ def rates(p, time, u, u_rate, state, modes, result):
         result[POSITION] = v
         result[VELOCITY] = (force - modes[SLIDING] * friction(p, abs(v))) / p.tip_mass
     result[BOUC] = result[MODE] = result[MODE_VELOCITY] = result[STRAIN] = result[AGILITY] = 0.0
+    result[LARGEST] = 0.0
     if p.bouc_force != 0.0:
         # Bouc (1967), Wen (1976) with A = 1, n = 1.
         z = state[BOUC]
@@ -98,6 +102,13 @@ def rates(p, time, u, u_rate, state, modes, result):
     for branch in range(p.branches):
         decay = p.branch_rate[branch] * state[BRANCHES + branch]
         result[BRANCHES + branch] = p.branch_stiffness[branch] * rate - decay
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def remember(p, time, state):
+    """Keep the largest depth that the tip has reached."""
+    depth = state[POSITION] - surface(p, time)[0]
+    state[LARGEST] = max(state[LARGEST], depth, p.damage_reached)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

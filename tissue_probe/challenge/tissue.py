@@ -55,6 +55,20 @@ def elastic(p, k, depth):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
+def damaged(p, depth, largest):
+    """Share of the spring's force that tissue has kept which was pressed in so far (Mullins, 1969).
+
+    By the largest depth m: 1 - d (1 - exp(-m / D)) (Simo, 1987). Or by how far it is from there:
+    1 - d erf((m^2 - e^2) / D^2), the energy of a straight spring in Ogden and Roxburgh's (1999).
+    """
+    most = max(largest, depth, 0.0)
+    if p.damage_returns != 0.0:
+        missing = max(most * most - depth * depth, 0.0)
+        return 1.0 - p.damage * math.erf(missing / p.damage_depth**2)
+    return 1.0 + p.damage * math.expm1(-most / p.damage_depth)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
 def steepness(p, depth):
     """Slope of ``elastic`` over k, of k as it is at the beginning [-]."""
     if p.fung != 0.0:

@@ -233,16 +233,16 @@ def diagnose(
     if found.verdict != "unexplained" or wanted:
         return found
     progress("the shape of the missing force is learnt")
-    shape = _shape(ladder, instrument)
+    shape = _shape(ladder, instrument, second)
     return replace(found, shape=shape, seconds=time.perf_counter() - begun)
 
 
-def _shape(ladder: Ladder, instrument: Instrument) -> FoundShape:
+def _shape(ladder: Ladder, instrument: Instrument, second: SecondRecording) -> FoundShape:
     """Learn the shape beside the base, or beside the effects that come nearest."""
     # Only now: most diagnoses do without.
     from tissue_probe.diagnosis.shape.found import found_shape
 
-    return found_shape((ladder.base, *ladder.steps), instrument)
+    return found_shape((ladder.base, *ladder.steps), instrument, second.measurements)
 
 
 def _climb_ladder(

@@ -18,6 +18,7 @@ from llvmlite import ir
 from sympy.printing.printer import Printer
 
 from tissue_probe.errors import TissueProbeError
+from tissue_probe.physics.tabulated import Above
 
 NUMBER, COUNT = ir.DoubleType(), ir.IntType(64)
 ARRAY = ir.PointerType(NUMBER)
@@ -306,6 +307,12 @@ class _InstructionPrinter(Printer):
         value, zero = self._print(expression.args[0]), ir.Constant(NUMBER, 0.0)
         above = self._builder.fcmp_ordered(">", value, zero)
         return self._builder.select(above, ir.Constant(NUMBER, 1.0), zero)
+
+    def _print_Above(self, expression: Above) -> ir.Value:
+        value, zero = self._print(expression.args[0]), ir.Constant(NUMBER, 0.0)
+        above = self._builder.fcmp_ordered(">", value, zero)
+        part = self._builder.select(above, value, zero)
+        return self._product(self._whole_power(part, int(expression.args[1])))
 
     def _print_DiracDelta(self, expression: sp.DiracDelta) -> ir.Value:
         return ir.Constant(NUMBER, 0.0)

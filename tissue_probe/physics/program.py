@@ -27,6 +27,10 @@ class _PythonPrinter(PythonCodePrinter):
     def _print_Heaviside(self, expression: sp.Expr) -> str:  # noqa: N802
         return f"(1.0 if {self._print(expression.args[0])} > 0 else 0.0)"
 
+    def _print_Above(self, expression: sp.Expr) -> str:  # noqa: N802
+        number, power = map(self._print, expression.args)
+        return f"max({number}, 0.0) ** {power}"
+
     def _print_DiracDelta(self, expression: sp.Expr) -> str:  # noqa: N802
         return "0.0"
 

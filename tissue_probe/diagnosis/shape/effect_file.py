@@ -8,22 +8,26 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
 
 import numpy as np
 from scipy.optimize import nnls
 
-from tissue_probe.diagnosis.shape.formula import Formula
-from tissue_probe.diagnosis.shape.found import FoundShape
-from tissue_probe.diagnosis.shape.free_functions import TURNS
+from tissue_probe.diagnosis.shape.free_functions import TURNS, in_order
 from tissue_probe.diagnosis.shape.shape import Shape
 from tissue_probe.diagnosis.shape.splines import Spline
 from tissue_probe.errors import MeasurementError
 from tissue_probe.signals import FloatArray
 
+if TYPE_CHECKING:
+    from tissue_probe.diagnosis.shape.formula import Formula
+    from tissue_probe.diagnosis.shape.found import FoundShape
+
 #: The effect's name.
 NAME = "free_form"
-#: Share of a surface's squares that its products may leave.
-ROUGH = 1e-4
+#: What a surface's products may leave along the record, over the noise: its square adds to that of
+#: the noise, half a per cent of its size.
+ROUGH = 0.1
 #: Share of a relaxation's size that its branches may leave, rms.
 FEW = 0.03
 #: Exponent of the law by which a spring slides: it turns within a tenth of its way.
@@ -51,26 +55,30 @@ def effect_text(found: FoundShape) -> str:
     Raises
     ------
     MeasurementError
-        If no shape is claimed, or one that no effect can have.
+        If no shape is claimed, or the motion cannot tell it from another.
     """
-    if not (found.accepted and found.told):
+    text = written(found.learnt, found.formula) if found.accepted and found.told else None
+    if text is None:
         raise MeasurementError(
             "no shape of the missing force is claimed, so that no effect can be made of it: record "
             "another motion, such as a multisine, or give `add` the name of an effect"
         )
-    if found.formula is not None:
-        return _of_formula(found.formula)
-    text = _Text()
-    write = _WRITERS.get(found.variables)
+    return text
+
+
+def written(learnt: Shape, formula: Formula | None = None) -> str | None:
+    """Return the file of a formula, or of tables; None for variables that no effect is made of."""
+    if formula is not None:
+        return _of_formula(formula)
+    variables = in_order(learnt.choice.chosen)
+    write = _WRITERS.get(variables)
     if write is None:
-        raise MeasurementError(
-            f"a function of {' and '.join(found.variables)} cannot be written as an effect: only "
-            "indentation, velocity, both, past, path, or indentation and past can"
-        )
-    write(found.learnt, text)
+        return None
+    text = _Text()
+    write(learnt, text)
     return _FILE.format(
         imports="from tissue_probe.physics.tabulated import tabulated\n",
-        about=f"a function of {' and '.join(found.variables)}",
+        about=f"a function of {' and '.join(variables)}",
         before="\n".join(text.before),
         parameters='    parameters=(Parameter(STRENGTH, "1", default=1.0, lower=0.0, upper=4.0),),',
         force="STRENGTH * (\n        " + "\n        + ".join(text.terms) + "\n    )",
@@ -180,10 +188,7 @@ def _both(found: Shape, text: _Text) -> None:
     functions = found.functions
     depth, speed = functions.few_depth, functions.few_speed
     table = _weights(found, "speed by depth").reshape(depth.count + 1, speed.count + 3)
-    left, sizes, right = np.linalg.svd(table, full_matrices=False)
-    rest = np.cumsum(sizes[::-1] ** 2)[::-1]
-    for number in np.flatnonzero(rest > ROUGH * rest[0]):
-        of_depth, of_speed = left[:, number] * sizes[number], right[number]
+    for number, (of_depth, of_speed) in enumerate(_products(found, table)):
         own = _Text()
         forces = _of_straight(depth, of_depth)
         shares = _of_straight(speed, of_speed[: speed.count + 1], functions.fastest)
@@ -195,6 +200,24 @@ def _both(found: Shape, text: _Text) -> None:
         fast += f"{functions.fastest * TURNS[1]:.8g})"
         fast += f" + {size / functions.fastest:.8g} * sp.Abs(TIP_VELOCITY)"
         text.terms.append(f"{own.terms[0]} * ({fast})")
+
+
+def _products(found: Shape, table: FloatArray) -> list[tuple[FloatArray, FloatArray]]:
+    """Return weights of depths and of speeds, few pairs whose products sum to a table of them.
+
+    Each takes the most of the force where the record was, and so many are taken that the others
+    are far below the noise.
+    """
+    depths = np.concatenate([found.functions.depths(path) for path in found.paths])
+    speeds = np.concatenate([found.functions.speeds(path) for path in found.paths])
+    noise = min(path.measurement.noise.own for path in found.paths)
+    of_depth, of_speed = (np.linalg.qr(each, mode="r") for each in (depths, speeds))
+    left, sizes, right = np.linalg.svd(of_depth @ table @ of_speed.T, full_matrices=False)
+    left, right = np.linalg.solve(of_depth, left) * sizes, np.linalg.solve(of_speed, right.T)
+    products = depths @ left * (speeds @ right)
+    # What is left without the products from each one on.
+    rest = np.sqrt(np.mean(np.cumsum(products[:, ::-1], axis=1)[:, ::-1] ** 2, axis=0))
+    return [(left[:, n], right[:, n]) for n in np.flatnonzero(rest > ROUGH * noise)]
 
 
 def _of_straight(spline: Spline, weights: FloatArray, fastest: float = 0.0) -> FloatArray:

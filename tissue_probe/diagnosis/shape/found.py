@@ -10,12 +10,15 @@ from dataclasses import dataclass, replace
 
 from tissue_probe.diagnosis.fitting.fit import Fit
 from tissue_probe.diagnosis.observation.instrument import Instrument
+from tissue_probe.diagnosis.observation.measurement import Measurement
 from tissue_probe.diagnosis.shape.choice import Choice
+from tissue_probe.diagnosis.shape.confirmed import Tried, tried
 from tissue_probe.diagnosis.shape.curve import curve
+from tissue_probe.diagnosis.shape.effect_file import written
 from tissue_probe.diagnosis.shape.formula import Formula, formula
-from tissue_probe.diagnosis.shape.free_functions import VARIABLES
+from tissue_probe.diagnosis.shape.free_functions import VARIABLES, in_order
 from tissue_probe.diagnosis.shape.learnt_curve import Curve
-from tissue_probe.diagnosis.shape.shape import Shape, first_explained
+from tissue_probe.diagnosis.shape.shape import Shape, shape
 
 
 @dataclass(frozen=True)
@@ -42,16 +45,15 @@ class FoundShape:
         The share that they explain together.
     shares : mapping of str to Share
         Of each variable.
-    accepted : bool
-        Whether they leave noise only, in parts that are held out, too.
     rivals : tuple of tuple of str
         Other sets that leave as little.
     fit : Fit
         The model.
-    ratio, heldout : float
-        Residual over the noise, of all samples and of parts that are held out.
     learnt : Shape
         The functions.
+    as_effect : Tried or None
+        The model with an effect of them; None where the functions leave more than noise, or no
+        effect can be made of them.
     formula : Formula or None
         A simple one that explains as much; None where there is none, or nothing is told.
     """
@@ -59,13 +61,29 @@ class FoundShape:
     variables: tuple[str, ...]
     share: float
     shares: Mapping[str, Share]
-    accepted: bool
     rivals: tuple[tuple[str, ...], ...]
     fit: Fit
-    ratio: float
-    heldout: float
     learnt: Shape
+    as_effect: Tried | None = None
     formula: Formula | None = None
+
+    @property
+    def accepted(self) -> bool:
+        """Whether the effect leaves noise only, where it was not fitted, too."""
+        return self.as_effect is not None and self.as_effect.confirms
+
+    @property
+    def ratio(self) -> float:
+        """Residual over the noise: of the effect, if it was tried; else of the functions."""
+        tried = self.as_effect
+        return tried.fit.ratio if tried else self.learnt.choice.best.ratio
+
+    @property
+    def heldout(self) -> float:
+        """The same of parts that are held out."""
+        tried = self.as_effect
+        best = self.learnt.choice.best
+        return tried.fit.heldout_rmse / tried.fit.noise if tried else best.heldout
 
     @property
     def told(self) -> bool:
@@ -78,29 +96,55 @@ class FoundShape:
         return curve(self.learnt) if self.accepted and self.told else None
 
 
-def found_shape(models: Sequence[Fit], instrument: Instrument) -> FoundShape:
-    """Return the shape beside the first model whose residual it explains; else beside the last."""
-    learnt = first_explained(models, instrument)
+def found_shape(
+    models: Sequence[Fit], instrument: Instrument, second: Sequence[Measurement] = ()
+) -> FoundShape:
+    """Return the shape beside the first model that it explains all with; else beside the last.
+
+    It explains all where it does as an effect, fitted by output error.
+
+    Parameters
+    ----------
+    models : sequence of Fit
+        Models of the same measurements, one after the other.
+    instrument : Instrument
+        Constants of the rig with their tolerances.
+    second : sequence of Measurement
+        Other recordings of the specimen, on which the effect is tried.
+    """
+    for fit in models:
+        found = _confirmed(_learnt(shape(fit, instrument)), instrument, second)
+        if found.accepted:
+            break
+    return found
+
+
+def _learnt(learnt: Shape) -> FoundShape:
     choice = learnt.choice
-    found = FoundShape(
+    return FoundShape(
         variables=in_order(choice.chosen),
         share=choice.share(choice.chosen),
         shares={name: _share(choice, name) for name in VARIABLES},
-        accepted=choice.accepted,
         rivals=tuple(sorted(map(in_order, choice.rivals), key=lambda each: (len(each), each))),
         fit=learnt.fit,
-        ratio=choice.best.ratio,
-        heldout=choice.best.heldout,
         learnt=learnt,
     )
-    if not (found.accepted and found.told):
+
+
+def _confirmed(
+    found: FoundShape, instrument: Instrument, second: Sequence[Measurement]
+) -> FoundShape:
+    """Return a shape as it does as an effect: of its formula, if it has one, or of tables."""
+    if not found.learnt.choice.accepted:
         return found
-    return replace(found, formula=formula(learnt, instrument))
-
-
-def in_order(variables: frozenset[str]) -> tuple[str, ...]:
-    """Return variables in the order in which they are told."""
-    return tuple(name for name in VARIABLES if name in variables)
+    of_record = formula(found.learnt, instrument) if found.told else None
+    for simple in dict.fromkeys((of_record, None)):
+        text = written(found.learnt, simple)
+        as_effect = tried(text, found.fit, instrument, second) if text else None
+        found = replace(found, as_effect=as_effect, formula=simple)
+        if found.accepted:
+            break
+    return found
 
 
 def _share(choice: Choice, name: str) -> Share:

@@ -211,6 +211,11 @@ class Functions:
         return times * depth[:, None]
 
 
+def in_order(variables: frozenset[str]) -> tuple[str, ...]:
+    """Return variables in the order in which they are told."""
+    return tuple(name for name in VARIABLES if name in variables)
+
+
 def slid(way: FloatArray, ways: FloatArray) -> FloatArray:
     """Return how long springs are that slide where they are longer than ``ways``: (n, m)."""
     found = np.empty((way.size, ways.size))

@@ -5,7 +5,6 @@ Contents: from the models of a ladder to the variables of the missing force.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -103,12 +102,3 @@ def added(found: Shape, instrument: Instrument, respond: Respond) -> list[FloatA
         of_model = sensitivity @ np.concatenate([start, own])
         result.append(of_model + respond(at_tip[:, None], path.measurement)[:, 0] + channel)
     return result
-
-
-def first_explained(models: Sequence[Fit], instrument: Instrument) -> Shape:
-    """Return the shape beside the first model that it explains all with; else beside the last."""
-    for fit in models:
-        found = shape(fit, instrument)
-        if found.choice.accepted:
-            break
-    return found

@@ -9,6 +9,7 @@ from tissue_probe.physics.effects.channel_delay import CHANNEL_DELAY
 from tissue_probe.physics.effects.contact_loss import CONTACT_LOSS
 from tissue_probe.physics.effects.coulomb_friction import COULOMB_FRICTION
 from tissue_probe.physics.effects.cubic_stiffening import CUBIC_STIFFENING
+from tissue_probe.physics.effects.damage_by_depth import DAMAGE_BY_DEPTH
 from tissue_probe.physics.effects.effect import Effect, Extent, Parameter, State, Switch
 from tissue_probe.physics.effects.encoder_interpolation import ENCODER_INTERPOLATION
 from tissue_probe.physics.effects.encoder_quantization import ENCODER_QUANTIZATION
@@ -49,6 +50,7 @@ EFFECTS = {
         HERTZ_CONTACT,
         SATURATING_SPRING,
         BILINEAR_SPRING,
+        DAMAGE_BY_DEPTH,
         HUNT_CROSSLEY,
         NONLINEAR_DAMPING,
         CONTACT_LOSS,
