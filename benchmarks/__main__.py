@@ -124,7 +124,8 @@ def main(
     seeds: Annotated[
         int,
         typer.Option(
-            min=1, help="Seeds of each row of `estimators` and `live_loop`; its minutes of the monitor."
+            min=1,
+            help="Seeds of each row of `estimators` and `live_loop`; its minutes of the monitor.",
         ),
     ] = 20,
     sequences: Annotated[

@@ -19,7 +19,12 @@ import numpy as np
 from rich.table import Table
 
 from tissue_probe.challenge.case import Case
-from tissue_probe.challenge.instrument import FORCE_NOISE, SAMPLE_RATE, Instrument, pink_noise
+from tissue_probe.challenge.instrument import (
+    CHALLENGE_RATE,
+    FORCE_NOISE,
+    InstrumentErrors,
+    pink_noise,
+)
 from tissue_probe.challenge.measured import Measured
 from tissue_probe.challenge.record import follow
 from tissue_probe.challenge.simulator import LIBRARY, PINK_NOISE, make_challenge
@@ -109,10 +114,10 @@ def _clean(settings: MonitorSettings, number: int) -> Outcome:
         stiffness=float(np.exp(random.uniform(np.log(150.0), np.log(3000.0)))),
         damping=float(np.exp(random.uniform(np.log(0.5), np.log(15.0)))),
     )
-    rig, zero = Tolerances().moved(tissue, random.standard_normal(len(Tolerances._fields)))
-    instrument = Instrument(contact_zero=zero, pink_noise=PINK_NOISE)
-    coil = Trajectory.following(_motion(motion, seed, PIECE))
-    case = Case(rig, instrument, coil).pressed(coil.preload)
+    rig, zero = Tolerances().draw_rig(tissue, random.standard_normal(len(Tolerances._fields)))
+    instrument = InstrumentErrors(contact_zero=zero, pink_noise=PINK_NOISE)
+    coil = Trajectory.follow_motion(_motion(motion, seed, PIECE))
+    case = Case(rig, instrument, coil).press_in(coil.preload)
     noise = FORCE_NOISE * random.standard_normal(case.samples)
     noise += PINK_NOISE * pink_noise(case.samples, random)
     return _marked(settings, *case.measure(noise, COARSE), ("", seed, motion, 1.0))
@@ -121,13 +126,13 @@ def _clean(settings: MonitorSettings, number: int) -> Outcome:
 def _motion(kind: str, seed: int, seconds: float) -> Measured:
     """Return a motion of the coil that begins at rest, pressed in or not."""
     random = np.random.default_rng(seed)
-    since = np.arange(round(seconds * SAMPLE_RATE)) / SAMPLE_RATE
+    since = np.arange(round(seconds * CHALLENGE_RATE)) / CHALLENGE_RATE
     frequency = np.full(since.size, 10.0)
     if kind == "sweep":  # up and down in 8 s
         frequency = 1.0 + 59.0 * (1.0 - np.abs(1.0 - since % 8.0 / 4.0))
     rise = np.clip(since / 0.05, 0.0, 1.0)
     rise = rise**3 * (10.0 - 15.0 * rise + 6.0 * rise**2)
-    angle = 2.0 * np.pi * np.cumsum(frequency) / SAMPLE_RATE
+    angle = 2.0 * np.pi * np.cumsum(frequency) / CHALLENGE_RATE
     preload = random.uniform(1e-3, 3e-3) if random.random() < 0.5 else 0.0
     moved = preload + random.uniform(0.8e-3, 1.2e-3) * rise * np.sin(angle)
     return follow(since, moved, kind, True)
@@ -143,8 +148,10 @@ def _marked(
     unknown = np.full(BLOCK, np.nan)
     for first in range(0, force.size - BLOCK + 1, BLOCK):
         here = slice(first, first + BLOCK)
-        stamp = round(1e9 * first / SAMPLE_RATE)
-        block = SampleBlock(stamp, first, 1.0 / SAMPLE_RATE, position[here], force[here], unknown)
+        stamp = round(1e9 * first / CHALLENGE_RATE)
+        block = SampleBlock(
+            stamp, first, 1.0 / CHALLENGE_RATE, position[here], force[here], unknown
+        )
         begun = time.process_time()
         tested = monitor.take(block)
         if tested is None:
@@ -153,7 +160,7 @@ def _marked(
         windows += 1
         rejected += tested.rejected
         if tested.rejected and np.isnan(told):
-            told = (first + BLOCK) / SAMPLE_RATE
+            told = (first + BLOCK) / CHALLENGE_RATE
     return Outcome(*of, windows, rejected, float(told), spent / max(windows, 1))
 
 

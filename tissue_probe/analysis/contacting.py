@@ -19,15 +19,15 @@ from tissue_probe.alike import Alike
 from tissue_probe.analysis.measurements import Source, measurements_of
 from tissue_probe.analysis.question import constant, question
 from tissue_probe.contact.contact import VERDICTS, Contact, Number, Verdict
-from tissue_probe.diagnosis.evidence.adequacy import explained
+from tissue_probe.diagnosis.evidence.adequacy import leaves_only_noise
 from tissue_probe.diagnosis.evidence.posterior import RIVAL
 from tissue_probe.diagnosis.fitting.corners import without_corners
 from tissue_probe.diagnosis.fitting.fit import Fit
-from tissue_probe.diagnosis.fitting.problem import CONTACT
+from tissue_probe.diagnosis.fitting.problem import CONTACT_NAME
 from tissue_probe.diagnosis.left_out import left_out
 from tissue_probe.diagnosis.observation.instrument import Instrument
 from tissue_probe.diagnosis.observation.measurement import Measurement
-from tissue_probe.diagnosis.prepared import prepared
+from tissue_probe.diagnosis.prepared import prepare_question
 from tissue_probe.diagnosis.ranking.candidates import fit_base, refit
 from tissue_probe.errors import MeasurementError, ParameterError
 from tissue_probe.physics.composition import Composition
@@ -69,7 +69,7 @@ TELLS = {
     DELAY: "state `delay` with its error, or give the file of `tissue_probe sensor` as `sensor`; "
     "motion hardly tells it",
     DRIFT: "move to and fro for several cycles, or state `drift` with its error",
-    CONTACT: "state `constants` contact_position with a smaller error, or leave it out",
+    CONTACT_NAME: "state `constants` contact_position with a smaller error, or leave it out",
 }
 
 
@@ -194,16 +194,16 @@ def identify_contact(
     asked = {name: given for name, given in known.items() if name not in (DELAY, DRIFT)}
     put = question(rig="rigid_probe", constants=asked)
     # A free place of touch would be one with a free zero of the force.
-    composition = _composition(free_zero=CONTACT not in known)
+    composition = _composition(free_zero=CONTACT_NAME not in known)
     rig = dict(put.instrument.constants or {})
     instrument = replace(put.instrument, constants={**rig, **_of_effects(known)})
     found = put.segments(measurements_of(measured))
     taken = [each.measurement(composition.output) for each in found]
-    ready = prepared(composition, taken, instrument)
+    ready = prepare_question(composition, taken, instrument)
     findings = list(ready.findings)
     fit = _fit(composition, ready.measurements, instrument)
     lost: list[str] = []
-    if not explained(fit):
+    if not leaves_only_noise(fit):
         fit, lost = _in_contact(fit, instrument)
     findings += left_out(ready.measurements, fit, instrument)
     notes = [*put.notes, *(each.sentence for each in findings), *lost, *_mostly_others(fit)]
@@ -220,7 +220,7 @@ def _known(
     """Return all that is known before, by name."""
     given = {**(_of_sensor(sensor) if sensor else {}), **constants}
     given |= {name: each for name, each in ((DELAY, delay), (DRIFT, drift)) if each is not None}
-    if CONTACT in constants:
+    if CONTACT_NAME in constants:
         given.pop(DRIFT, None)
         if drift is not None:
             raise ParameterError("`drift`: contact_position says that the force's zero is right")
@@ -286,17 +286,19 @@ def _in_contact(fit: Fit, instrument: Instrument) -> tuple[Fit, list[str]]:
 
     low = min(float(each.position.min()) for each in fit.measurements)
     travel = max(float(each.position.max()) for each in fit.measurements) - low
-    free = {**(instrument.constants or {}), CONTACT: (low, travel)}
+    free = {**(instrument.constants or {}), CONTACT_NAME: (low, travel)}
     anywhere = replace(instrument, constants=free)
     lossy = fit.composition.plus(EFFECTS["contact_loss"])
     # From a touch below all of the motion no slope leads to one within it.
-    tried = [refit(fit, lossy, anywhere, held={CONTACT: low + share * travel}) for share in TOUCHES]
+    tried = [
+        refit(fit, lossy, anywhere, held={CONTACT_NAME: low + share * travel}) for share in TOUCHES
+    ]
     best = min((each for each in tried if each), key=lambda each: each.cost, default=None)
     found = refit(best, lossy, anywhere) if best else None
     # By the residual alone: strained constants are no loss of contact.
     if found is None or sum(fit.misfits) - sum(found.misfits) < 2.0 * RIVAL:
         return fit, []
-    touch = found.named()[CONTACT] + SIDE * found.deviations()[CONTACT]
+    touch = found.named()[CONTACT_NAME] + SIDE * found.deviations()[CONTACT_NAME]
     late = max(found.named()[DELAY], 0.0)
     away = [_out_of_contact(each, touch, late) for each in found.measurements]
     slope, doubt = _slope_in_air(found, touch)
@@ -340,7 +342,7 @@ def _slope_in_air(fit: Fit, touch: float) -> tuple[float, float]:
 def _contact(fit: Fit, to_tell: Sequence[str]) -> Contact:
     """Return the numbers of a fit, and the range in which they held."""
     named, deviations = fit.named(), fit.deviations()
-    verdict: Verdict = "adequate" if explained(fit) else "missing"
+    verdict: Verdict = "adequate" if leaves_only_noise(fit) else "missing"
     if to_tell:
         verdict = "cannot tell"
     lowest, highest, fastest, slow, fast = _range(fit.measurements)

@@ -10,11 +10,11 @@ import typer
 from tissue_probe.cli import measured
 from tissue_probe.cli.arguments import in_a_folder
 from tissue_probe.cli.asked import Json, constants, uncertain, write_json
-from tissue_probe.cli.groups import grouped
+from tissue_probe.cli.groups import add_groups
 from tissue_probe.cli.options_named import with_options
 
 
-@grouped
+@add_groups
 def contact(
     files: measured.Measurements,
     signals: measured.Signals,

@@ -25,7 +25,7 @@ import numpy as np
 from scipy.fft import dct
 
 from tissue_probe.diagnosis.chance import MEDIAN_SIZE, f_beyond
-from tissue_probe.diagnosis.fitting.problem import Begin, Problem
+from tissue_probe.diagnosis.fitting.problem import Problem, StartPrior
 from tissue_probe.diagnosis.observation.flicker import Evening
 from tissue_probe.diagnosis.observation.measurement import Measurement
 from tissue_probe.diagnosis.observation.noise import Noise
@@ -227,7 +227,7 @@ class _Search:
     def _step(self, at: _Place, damping: float) -> tuple[FloatArray, float]:
         """Return a step of start and values, and by how much it should lower the cost."""
         problem, states = self.problem, self.problem.states
-        begin: Begin = problem.begin(at.values)[0]
+        begin: StartPrior = problem.begin(at.values)[0]
         columns = (at.sensitivity.T * self._weights).T
         normal = columns.T @ columns
         gradient = columns.T @ (at.cosines[self._below] * self._weights)

@@ -17,8 +17,8 @@ from tissue_probe.diagnosis.fitting.fit import Fit
 from tissue_probe.diagnosis.observation.instrument import Instrument
 from tissue_probe.diagnosis.observation.measurement import Measurement
 from tissue_probe.diagnosis.ranking.candidates import fit_candidates
-from tissue_probe.diagnosis.ranking.carried import carried
-from tissue_probe.diagnosis.second_recording import FAR
+from tissue_probe.diagnosis.ranking.carried import carry_model
+from tissue_probe.diagnosis.second_recording import FAR_RATIO
 from tissue_probe.diagnosis.shape.choice import FITS, HOLDS
 from tissue_probe.physics.library import load_effects
 from tissue_probe.signals import FloatArray
@@ -75,8 +75,8 @@ def tried(
         path.write_text(text, encoding="utf-8")
         effects = load_effects(path)
     for fit in fit_candidates(beside, effects, instrument):
-        moved = carried(fit.composition, fit.named(), second, instrument) if second else None
-        carries = not second or (moved is not None and _left(fit, moved) <= FAR)
+        moved = carry_model(fit.composition, fit.named(), second, instrument) if second else None
+        carries = not second or (moved is not None and _left(fit, moved) <= FAR_RATIO)
         return Tried(fit, _leaves_noise(fit), carries)
     return None
 
