@@ -45,6 +45,7 @@ def answered(question: Question) -> Verdict:
     """
     from tissue_probe.analysis.diagnosing import diagnose
     from tissue_probe.analysis.measurements import read
+    from tissue_probe.physics.rigs import RIGS
 
     columns = {
         "t": np.arange(question.force.size) * question.sample_period,
@@ -55,7 +56,7 @@ def answered(question: Question) -> Verdict:
         read(columns, force_polarity="compression"),
         workers=1,
         starts="moving",
-        rig=question.rig,
+        rig=RIGS[question.rig],
         model=question.model or None,
         effects=question.effects,
         constants=question.constants,
