@@ -120,6 +120,8 @@ def methods():
         (view.between, "low", {"axis": "time", "high": 1.0}),
         (view.between, "high", {"axis": "frequency", "low": 1.0}),
         (COMPARED.model.save, "path", {}),
+        (FELT.save, "path", {}),
+        (tp.design_admittance(FELT, mass=2.0, stiffness=50.0, delay=0.01).save, "path", {}),
         (estimated.save, "path", {}),
         (mapped.report, "path", {}),
         (mapped.save_csv, "path", {}),

@@ -7,6 +7,8 @@ import json
 import numpy as np
 import pytest
 import yaml
+from rosbags.rosbag2 import StoragePlugin, Writer
+from rosbags.typesys import Stores, get_typestore
 
 TIME = np.arange(500) / 250.0
 PHASE = 2.0 * np.pi * 2.5 * TIME + 3.0 * np.sin(np.pi * TIME)
@@ -14,6 +16,16 @@ DEPTH = 2e-3 + 1e-3 * np.sin(PHASE)
 FORCE = 1000.0 * DEPTH + 3.0 * np.gradient(DEPTH, TIME)
 FORCE = FORCE + np.random.default_rng(0).normal(0.0, 0.02, TIME.size)
 KNOWN = ("--force-polarity", "compression", "--delay", "0+-1e-5", "--constant", "tip_mass=0")
+ADAPTER = """
+/probe/adapter:
+  ros__parameters:
+    position: /arm/Pose
+    force: /arm/Wrench
+    position_rate: 250.0
+    force_rate: 250.0
+    force_polarity: tension
+    zero: [0.3, 0.1, 0.5]
+"""
 GAINS = ("--mass", 2, "--stiffness", 50, "--delay", 0.01)
 
 
@@ -36,6 +48,37 @@ def test_a_recording_becomes_a_contact_and_gains(run, tmp_path):
     gains = yaml.safe_load((tmp_path / "admittance.yaml").read_text())
     axes = gains["admittance_controller"]["ros__parameters"]["admittance"]["selected_axes"]
     assert axes == [False, True, False, False, False, False]
+
+
+def test_a_robots_bag_is_read_as_its_adapter_hears_it(run, tmp_path):
+    types = get_typestore(Stores.ROS2_JAZZY)
+
+    def of(name):
+        return types.types[name]
+
+    with Writer(tmp_path / "run", version=9, storage_plugin=StoragePlugin.MCAP) as writer:
+        kinds = {name: f"geometry_msgs/msg/{name}Stamped" for name in ("Pose", "Wrench")}
+        topics = {
+            name: writer.add_connection(f"/arm/{name}", kind, typestore=types)
+            for name, kind in kinds.items()
+        }
+        vector, turn = of("geometry_msgs/msg/Vector3"), of("geometry_msgs/msg/Quaternion")
+        point, none = of("geometry_msgs/msg/Point"), vector(0.0, 0.0, 0.0)
+        for time, depth, force in zip(TIME, DEPTH, FORCE, strict=True):
+            stamp = round(time * 1e9) + 1_700_000_000_000_000_000
+            at = of("builtin_interfaces/msg/Time")(*divmod(stamp, 10**9))
+            # Pressed downwards, by a tool that points down: its x axis is turned by half a turn.
+            place = point(0.3, 0.1, 0.5 - float(depth)), turn(1.0, 0.0, 0.0, 0.0)
+            felt = vector(0.0, 0.0, 7.0 - float(force)), none
+            for name, parts in (("Pose", place), ("Wrench", felt)):
+                content = of(f"geometry_msgs/msg/{name}")(*parts)
+                message = of(kinds[name])(of("std_msgs/msg/Header")(at, "tool"), content)
+                writer.write(topics[name], stamp, types.serialize_cdr(message, kinds[name]))
+    (tmp_path / "robot.yaml").write_text(ADAPTER)
+    outcome = run("contact", "run", "--adapter", "robot.yaml", *KNOWN[2:], "--json", "contact.json")
+    assert outcome.status == 0, outcome.err
+    stiffness = json.loads((tmp_path / "contact.json").read_text())["values"]["stiffness"]
+    assert abs(stiffness["value"] - 1000.0) < 3.0 * stiffness["deviation"]
 
 
 @pytest.mark.usefixtures("recorded")

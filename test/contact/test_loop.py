@@ -80,3 +80,24 @@ def test_a_position_loop_slower_than_its_own_spring_has_no_margin():
     lazy = Admittance(mass=1.0, damping=1.0, spring=1000.0, delay=0.0, lag=0.5)
     assert not lazy.is_stable_in_air
     assert lazy.margins(100.0, 0.0).gain == 0.0
+
+
+@pytest.mark.parametrize("late", [1, 2, 5])
+def test_the_controllers_own_steps_swing_up_at_the_margin(late):
+    # As admittance_controller integrates, 250 times a second: speed, then position by the new
+    # speed; the force is that of the position some steps before.
+    step, mass, damping, spring, stiffness = 4e-3, 2.0, 80.0, 50.0, 1000.0
+    gain = Admittance(mass, damping, spring, late * step).margins(stiffness, 0.0).gain
+
+    def growth(stiffness):
+        """Largest eigenvalue of a step of (speed, position, positions before)."""
+        steps = np.zeros((late + 2, late + 2))
+        steps[0, 0] = 1.0 - step * damping / mass
+        steps[0, 1] = -step * spring / mass
+        steps[0, late + 1] -= step * stiffness / mass
+        steps[1] = step * steps[0]
+        steps[1, 1] += 1.0
+        steps[np.arange(2, late + 2), np.arange(1, late + 1)] = 1.0
+        return np.abs(np.linalg.eigvals(steps)).max()
+
+    assert growth(0.95 * gain * stiffness) < 1.0 < growth(1.05 * gain * stiffness)

@@ -1,26 +1,33 @@
 """Stiffness and damping under any robot's tip, from a recording in which it presses.
 
-Contents: the question that is put to the diagnosis' fit, what of its answer is told, the result.
+Contents: the question that is put to the diagnosis' fit, the range of the motion, the result.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from scipy.ndimage import binary_dilation
 
 from tissue_probe import arguments as take
 from tissue_probe.alike import Alike
+from tissue_probe.analysis.contact_lost import in_contact
+from tissue_probe.analysis.contact_told import (
+    ASKED,
+    DELAY,
+    DRIFT,
+    MASS,
+    errors_of_others,
+    to_tell,
+)
 from tissue_probe.analysis.measurements import Source, measurements_of
 from tissue_probe.analysis.question import constant, question
 from tissue_probe.contact.contact import VERDICTS, Contact, Number, Verdict
 from tissue_probe.diagnosis.evidence.adequacy import leaves_only_noise
-from tissue_probe.diagnosis.evidence.posterior import RIVAL
 from tissue_probe.diagnosis.fitting.corners import without_corners
 from tissue_probe.diagnosis.fitting.fit import Fit
 from tissue_probe.diagnosis.fitting.problem import CONTACT_NAME
@@ -28,49 +35,19 @@ from tissue_probe.diagnosis.left_out import left_out
 from tissue_probe.diagnosis.observation.instrument import Instrument
 from tissue_probe.diagnosis.observation.measurement import Measurement
 from tissue_probe.diagnosis.prepared import prepare_question
-from tissue_probe.diagnosis.ranking.candidates import fit_base, refit
-from tissue_probe.errors import MeasurementError, ParameterError
+from tissue_probe.diagnosis.ranking.candidates import fit_base
+from tissue_probe.errors import ParameterError
 from tissue_probe.physics.composition import Composition
 from tissue_probe.physics.kinds import LONGEST_DELAY, MOST_EARLY
 from tissue_probe.physics.rigs import RIGS
-from tissue_probe.quantities import SIDE
 from tissue_probe.sensor.compensation import load_file
-from tissue_probe.signals import BoolArray, FloatArray
+from tissue_probe.signals import FloatArray
 
-#: The numbers that are asked for, with their units.
-UNITS = {"stiffness": "N/m", "damping": "N s/m"}
-ASKED = tuple(UNITS)
-DELAY, DRIFT, MASS = "channel_delay", "force_drift", "tip_mass"
-#: Of two values the error of one is mostly that of the other if these go together by more: half of
-#: the variance.
-MOSTLY = math.sqrt(0.5)
-#: Out of contact in more of the samples than this, the rest is no motion any more.
-MOST_LOST = 0.5
-#: Shares of the travel at which the search for a touch begins: cost has a valley about each.
-TOUCHES = np.arange(0.1, 0.95, 0.1)
-#: In the air the force does not go with the position: by no more than so many deviations, and these
-#: are less than this share of the tissue's stiffness. A tissue that is softer there is told apart.
-CERTAIN, SOFTER = 3.0, 0.25
-MAY_LEAVE = (
-    "Below {:.4g} mm the tip may be out of contact, or the tissue softer: press deeper, or let "
-    "`tissue_probe diagnose` tell."
-)
 #: Share of the power of a motion outside the frequencies that are told, at either end.
 OUTSIDE = 0.025
 
 Uncertain = float | tuple[float, float]
 """A value, or a value with its standard deviation [SI]."""
-
-#: What tells two values apart that this motion does not.
-TELLS = {
-    MASS: "state `constants` tip_mass with its error (weigh the tool, or give the file of "
-    "`tissue_probe sensor` as `sensor`), or move at several frequencies, the fastest at least "
-    "twice the slowest",
-    DELAY: "state `delay` with its error, or give the file of `tissue_probe sensor` as `sensor`; "
-    "motion hardly tells it",
-    DRIFT: "move to and fro for several cycles, or state `drift` with its error",
-    CONTACT_NAME: "state `constants` contact_position with a smaller error, or leave it out",
-}
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -200,15 +177,16 @@ def identify_contact(
     found = put.segments(measurements_of(measured))
     taken = [each.measurement(composition.output) for each in found]
     ready = prepare_question(composition, taken, instrument)
-    findings = list(ready.findings)
     fit = _fit(composition, ready.measurements, instrument)
-    lost: list[str] = []
-    if not leaves_only_noise(fit):
-        fit, lost = _in_contact(fit, instrument)
-    findings += left_out(ready.measurements, fit, instrument)
-    notes = [*put.notes, *(each.sentence for each in findings), *lost, *_mostly_others(fit)]
-    to_tell = tuple(_to_tell(fit))
-    return ContactResult(_contact(fit, to_tell), fit, to_tell, tuple(dict.fromkeys(notes)))
+    findings = [*ready.findings, *left_out(ready.measurements, fit, instrument)]
+    kept, lost = (None, "") if leaves_only_noise(fit) else in_contact(fit, instrument)
+    if kept is not None:
+        fit = _fit(composition, kept, instrument)
+    notes = [*put.notes, *(each.sentence for each in findings), lost, *errors_of_others(fit)]
+    missing = tuple(to_tell(fit))
+    return ContactResult(
+        _contact(fit, missing), fit, missing, tuple(dict.fromkeys(filter(None, notes)))
+    )
 
 
 def _known(
@@ -274,76 +252,11 @@ def _fit(
     return fit_base(composition, kept, instrument) if kept else fit
 
 
-def _in_contact(fit: Fit, instrument: Instrument) -> tuple[Fit, list[str]]:
-    """Fit again without the samples in which the tip is out of contact, if that explains more.
-
-    Raises
-    ------
-    MeasurementError
-        If these are most of the samples.
-    """
-    from tissue_probe.physics.effects import EFFECTS
-
-    low = min(float(each.position.min()) for each in fit.measurements)
-    travel = max(float(each.position.max()) for each in fit.measurements) - low
-    free = {**(instrument.constants or {}), CONTACT_NAME: (low, travel)}
-    anywhere = replace(instrument, constants=free)
-    lossy = fit.composition.plus(EFFECTS["contact_loss"])
-    # From a touch below all of the motion no slope leads to one within it.
-    tried = [
-        refit(fit, lossy, anywhere, held={CONTACT_NAME: low + share * travel}) for share in TOUCHES
-    ]
-    best = min((each for each in tried if each), key=lambda each: each.cost, default=None)
-    found = refit(best, lossy, anywhere) if best else None
-    # By the residual alone: strained constants are no loss of contact.
-    if found is None or sum(fit.misfits) - sum(found.misfits) < 2.0 * RIVAL:
-        return fit, []
-    touch = found.named()[CONTACT_NAME] + SIDE * found.deviations()[CONTACT_NAME]
-    late = max(found.named()[DELAY], 0.0)
-    away = [_out_of_contact(each, touch, late) for each in found.measurements]
-    slope, doubt = _slope_in_air(found, touch)
-    if not abs(slope) < CERTAIN * doubt < SOFTER * found.named()["stiffness"]:
-        return fit, [MAY_LEAVE.format(1e3 * touch)]
-    share = sum(int(np.sum(each)) for each in away) / sum(each.size for each in away)
-    kept = fit.without(away, MOST_LOST)
-    if kept is None:
-        raise MeasurementError(
-            f"the tip is out of contact in {100 * share:.3g} % of the samples, where the position "
-            f"is below {1e3 * touch:.4g} mm: press deeper, so that it stays in the tissue"
-        )
-    told = (
-        f"The tip is out of contact in {100 * share:.3g} % of the samples, where the position is "
-        f"below {1e3 * touch:.4g} mm: left out."
-    )
-    return _fit(fit.composition, kept, instrument), [told]
-
-
-def _out_of_contact(measurement: Measurement, touch: float, late: float) -> BoolArray:
-    """Return the samples whose force comes from a position below the touch."""
-    away = measurement.position < touch
-    reach = math.ceil(late / measurement.sample_period) + 1
-    return np.asarray(binary_dilation(away, iterations=reach), dtype=bool)
-
-
-def _slope_in_air(fit: Fit, touch: float) -> tuple[float, float]:
-    """Return how the force left over goes with the position below a touch, and its doubt [N/m]."""
-    normal, right = np.zeros((3, 3)), np.zeros(3)
-    for measurement, left in zip(fit.measurements, fit.residuals, strict=True):
-        speed = np.gradient(measurement.position, measurement.times)
-        inside = (measurement.position < touch) & measurement.counted
-        columns = np.stack([np.ones_like(speed), measurement.position, speed], axis=1)[inside]
-        columns /= measurement.noise.own
-        normal += columns.T @ columns
-        right += columns.T @ left[inside] / measurement.noise.own
-    inverse = np.linalg.pinv(normal, hermitian=True)
-    return float((inverse @ right)[1]), float(np.sqrt(inverse[1, 1]))
-
-
-def _contact(fit: Fit, to_tell: Sequence[str]) -> Contact:
+def _contact(fit: Fit, missing: Sequence[str]) -> Contact:
     """Return the numbers of a fit, and the range in which they held."""
     named, deviations = fit.named(), fit.deviations()
     verdict: Verdict = "adequate" if leaves_only_noise(fit) else "missing"
-    if to_tell:
+    if missing:
         verdict = "cannot tell"
     lowest, highest, fastest, slow, fast = _range(fit.measurements)
     stiffness, damping, mass, delay = (
@@ -386,49 +299,3 @@ def _frequencies(position: FloatArray, sample_period: float) -> tuple[float, flo
     of = np.fft.rfftfreq(position.size, sample_period)
     slow, fast = (of[int(np.searchsorted(share, each))] for each in (OUTSIDE, 1.0 - OUTSIDE))
     return float(slow), float(fast)
-
-
-def _to_tell(fit: Fit) -> Iterator[str]:
-    """Yield what would tell stiffness and damping, of those that are not told."""
-    for name in ASKED:
-        number = Number(fit.named()[name], fit.deviations()[name])
-        if number.told:
-            continue
-        other, together = _partner(fit, name)
-        if abs(together) > MOSTLY:
-            yield (
-                f"{name} and {other} are hardly told apart by this motion (correlation "
-                f"{together:.2f}): {TELLS[other]}"
-            )
-        else:
-            yield (
-                f"{name} is hidden by the noise ({number.text(UNITS[name])}): "
-                "move farther or faster, or record longer"
-            )
-
-
-def _mostly_others(fit: Fit) -> Iterator[str]:
-    """Yield which error makes most of that of a number that is told."""
-    for name in ASKED:
-        other, together = _partner(fit, name)
-        if abs(together) > MOSTLY and Number(fit.named()[name], fit.deviations()[name]).told:
-            yield (
-                f"Most of the error of {name} is that of {other} (correlation {together:.2f}): "
-                f"with a smaller one {name} is known better."
-            )
-
-
-def _partner(fit: Fit, name: str) -> tuple[str, float]:
-    """Return which other value goes with one most, and their correlation."""
-    names, covariance = list(fit.names), fit.covariance
-    others = [each for each in TELLS if each in names and fit.deviations()[each] > 0.0]
-    own = names.index(name)
-
-    def together(other: str) -> float:
-        place = names.index(other)
-        size = math.sqrt(covariance[own, own] * covariance[place, place])
-        return float(covariance[own, place] / size) if size > 0.0 else 0.0
-
-    found = {each: together(each) for each in others}
-    most = max(found, key=lambda each: abs(found[each]), default="")
-    return most, found.get(most, 0.0)
