@@ -104,7 +104,7 @@ class Segment:
             even,
             position=own.position,
             force=own.force,
-            used=None,
+            used=np.ones(own.force.size, dtype=bool),
             noise=UNKNOWN_NOISE,
             resampling=AS_MEASURED,
             at=own.time - own.time[0],

@@ -103,7 +103,8 @@ def read_answers(path: Path) -> dict[str, dict[str, Any]]:
         raise ParameterError(
             f"{path} holds no answers of version {VERSION}; give what `make` sealed"
         )
-    return sealed["answers"]
+    answers: dict[str, dict[str, Any]] = sealed["answers"]
+    return answers
 
 
 def read_json(path: Path) -> dict[str, Any]:

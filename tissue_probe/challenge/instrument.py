@@ -148,4 +148,5 @@ def pink_noise(count: int, random: np.random.Generator) -> FloatArray:
     weight = np.zeros_like(frequency)
     weight[1:] = frequency[1:] ** -0.5
     shaped = np.fft.irfft(np.fft.rfft(random.standard_normal(count)) * weight, count)
-    return shaped / np.sqrt(np.sum(weight[1:] ** 2) * 2.0 / count)
+    noise: FloatArray = shaped / np.sqrt(np.sum(weight[1:] ** 2) * 2.0 / count)
+    return noise

@@ -81,7 +81,10 @@ def _first_order(driven: FloatArray, pole: complex) -> FloatArray:
     z = pole / CHALLENGE_RATE
     decay = np.exp(z)
     new, old = (decay - 1.0 - z) / z**2, (1.0 - decay + z * decay) / z**2
-    return lfilter([new / CHALLENGE_RATE, old / CHALLENGE_RATE], [1.0, -decay], driven)
+    filtered: FloatArray = lfilter(
+        [new / CHALLENGE_RATE, old / CHALLENGE_RATE], [1.0, -decay], driven
+    )
+    return filtered
 
 
 def _raise_bend(coil: FloatArray) -> FloatArray:

@@ -148,7 +148,8 @@ def _find_holding_preload(at: Situation, pull: float) -> float:
     cell = rig.load_cell_stiffness + 1j * w * rig.load_cell_damping
     tissue = rig.stiffness + 1j * w * rig.damping
     swing = at.amplitude * np.abs(tissue * cell / (cell + tissue - rig.tip_mass * w**2)).max()
-    return min(max(1.1 * swing - pull, 0.1 * swing) / rig.stiffness, 4e-3)
+    preload: float = min(max(1.1 * swing - pull, 0.1 * swing) / rig.stiffness, 4e-3)
+    return preload
 
 
 def _coulomb_friction(strength: float, at: Situation, random: Random) -> Change:

@@ -30,7 +30,8 @@ class Registered:
     def load(self) -> type[Device]:
         """Import the device's class, and with it the packages that it needs."""
         module, _, name = self.place.partition(":")
-        return getattr(import_module(module), name)
+        kind: type[Device] = getattr(import_module(module), name)
+        return kind
 
 
 #: Every device by the name that the driver's parameter ``device`` takes.

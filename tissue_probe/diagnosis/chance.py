@@ -38,7 +38,8 @@ def chi_squared_median(freedom: float) -> float:
 
 def f_beyond(values: FloatArray, above: float, below: float) -> FloatArray:
     """Return the chance that F, of degrees of freedom above and below, lies above each value."""
-    return special.fdtrc(above, below, values)
+    chances: FloatArray = special.fdtrc(above, below, values)
+    return chances
 
 
 def binomial_from(count: int, trials: int, chance: float) -> float:

@@ -131,7 +131,7 @@ def _in_two(works: Sequence[Iterator[_Told]], known: Sequence[object]) -> dict[i
         say.close()
         with _forbid_sharing():
             told = _advance_works(works, numbers)
-        others = _hear_answer(answer, known)
+        others: dict[int, list[_Told]] | BaseException = _hear_answer(answer, known)
     except BaseException:
         if copy.is_alive():
             copy.kill()

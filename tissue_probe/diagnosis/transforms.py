@@ -25,7 +25,8 @@ def correlation(one: FloatArray, other: FloatArray) -> FloatArray:
     size = one.size + other.size - 1
     padded = fft.next_fast_len(size, real=True)
     product = fft.rfft(one, padded) * fft.rfft(other[::-1], padded)
-    return fft.irfft(product, padded)[:size]
+    summed: FloatArray = fft.irfft(product, padded)[:size]
+    return summed
 
 
 def periodogram(values: FloatArray, sample_period: float) -> tuple[FloatArray, FloatArray]:
@@ -55,7 +56,8 @@ def _density(rows: FloatArray, sample_period: float) -> FloatArray:
     size = rows.shape[1]
     window = 0.5 - 0.5 * np.cos(2.0 * np.pi * np.arange(size) / size)
     centred = rows - rows.mean(axis=1, keepdims=True)
-    power = np.abs(fft.rfft(centred * window, axis=1)) ** 2 * (sample_period / np.sum(window**2))
+    scale = sample_period / np.sum(window**2)
+    power: FloatArray = np.abs(fft.rfft(centred * window, axis=1)) ** 2 * scale
     power[:, 1 : (size + 1) // 2] *= 2.0
     return power
 
@@ -68,14 +70,16 @@ def analytic(values: FloatArray) -> np.ndarray:
     once[1 : (size + 1) // 2] = 2.0
     if size % 2 == 0:
         once[size // 2] = 1.0
-    return fft.ifft(fft.fft(values) * once)
+    signal: np.ndarray = fft.ifft(fft.fft(values) * once)
+    return signal
 
 
 def without_line(values: FloatArray) -> FloatArray:
     """Return values without the straight line that fits them best."""
     at = np.linspace(-1.0, 1.0, values.size)
     centred = values - values.mean()
-    return centred - at * (at @ centred) / (at @ at)
+    rest: FloatArray = centred - at * (at @ centred) / (at @ at)
+    return rest
 
 
 def smooth_values(
@@ -129,7 +133,8 @@ def peaks(values: FloatArray, least: float) -> IntArray:
         & (level[inner] > level[inner + 1])
         & (level[inner] >= least)
     ]
-    return (first[tops] + last[tops]) // 2
+    places: IntArray = (first[tops] + last[tops]) // 2
+    return places
 
 
 def lasting_range(values: FloatArray, longest: int) -> float:

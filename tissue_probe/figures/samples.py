@@ -10,7 +10,7 @@ from tissue_probe.figures.shown_figure import ShownFigure
 from tissue_probe.signals import FloatArray
 
 #: More points than that no picture shows.
-MOST_POINTS = 20_000
+POINTS_DRAWN = 20_000
 
 
 def draw_samples(
@@ -28,7 +28,7 @@ def draw_samples(
     figure = ShownFigure(figsize=(9.0, 5.0), layout="constrained")
     upper, lower = figure.subplots(2, 1, sharex=True)
     for (time, position, force), name in zip(recordings, names, strict=True):
-        every = slice(None, None, max(1, time.size // MOST_POINTS))
+        every = slice(None, None, max(1, time.size // POINTS_DRAWN))
         upper.plot(time[every], 1e3 * position[every], linewidth=0.9, label=name)
         lower.plot(time[every], force[every], linewidth=0.9)
     upper.set_ylabel("position [mm]")

@@ -54,10 +54,12 @@ class ExploredSurface:
         height = self._plane(here) + offset
         normal = np.array([*-(self._slope + bend), 1.0])
         normal /= np.linalg.norm(normal)
-        return (*place, float(height)), tuple(map(float, normal))
+        x, y, z = map(float, normal)
+        return (*place, float(height)), (x, y, z)
 
     def _plane(self, places: FloatArray) -> FloatArray:
-        return self._middle[2] + (places - self._middle[:2]) @ self._slope
+        height: FloatArray = self._middle[2] + (places - self._middle[:2]) @ self._slope
+        return height
 
     def _offset(self, here: FloatArray, felt: FloatArray) -> tuple[float, FloatArray]:
         """Return the height above the plane [m], and its slope along x and y."""

@@ -28,4 +28,5 @@ def height_over(points: FloatArray, x: FloatArray, y: FloatArray) -> FloatArray:
         between = LinearNDInterpolator(places, height)(x, y)
     except QhullError:  # on one line, or fewer than three
         return np.asarray(nearest)
-    return np.where(np.isfinite(between), between, nearest)
+    over: FloatArray = np.where(np.isfinite(between), between, nearest)
+    return over

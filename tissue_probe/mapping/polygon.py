@@ -84,4 +84,5 @@ class Polygon:
 def _find_side(start: FloatArray, end: FloatArray, place: FloatArray) -> FloatArray:
     """Return which side of a line places are on: positive to its left, 0 on it."""
     (ax, ay), (bx, by), (x, y) = start.T, end.T, place.T
-    return np.sign((bx - ax) * (y - ay) - (by - ay) * (x - ax))
+    side: FloatArray = np.sign((bx - ax) * (y - ay) - (by - ay) * (x - ax))
+    return side

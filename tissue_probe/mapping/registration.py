@@ -62,7 +62,8 @@ class Registration:
     def localisation_error(self) -> float:
         """By how much a point of a pair is wrong, FLE [m], as the residuals tell."""
         count, dimensions = self.places.shape
-        return self.fiducial_error / np.sqrt(1.0 - (dimensions + 1) / (2 * count))
+        error: float = self.fiducial_error / np.sqrt(1.0 - (dimensions + 1) / (2 * count))
+        return error
 
     def move_places(self, places: FloatArray) -> FloatArray:
         """Return places of the map, shape (..., 3) [m], in the other frame."""
@@ -77,7 +78,8 @@ class Registration:
         pairwise = extent[:, None] ** 2 + extent[None, :] ** 2
         np.fill_diagonal(pairwise, np.inf)
         turned = (off**2 @ (1.0 / pairwise)).sum(axis=1) / dimensions
-        return self.localisation_error * np.sqrt(1.0 / count + turned)
+        error: FloatArray = self.localisation_error * np.sqrt(1.0 / count + turned)
+        return error
 
 
 def register(places: FloatArray, others: FloatArray) -> Registration:

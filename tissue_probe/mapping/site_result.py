@@ -70,4 +70,5 @@ def sites_of(results: Sequence[SiteResult]) -> Sites:
         np.array([getattr(result, name) for result in results], dtype=float)
         for name in ("stiffness", "stiffness_stddev")
     )
-    return Sites(*place.T, since / NANOSECONDS, k, k_sd)
+    x, y, z = place.T
+    return Sites(x, y, z, since / NANOSECONDS, k, k_sd)

@@ -89,7 +89,8 @@ class Sites:
     @property
     def hanging(self) -> np.ndarray:
         """Whether each site was palpated without contact: there is no tissue, or none known."""
-        return np.isfinite(self.k) & ~self.felt
+        hanging: np.ndarray = np.isfinite(self.k) & ~self.felt
+        return hanging
 
     @property
     def left_out(self) -> tuple[str, ...]:

@@ -9,7 +9,7 @@ import hashlib
 from pathlib import Path
 
 #: Read at once: a long recording does not fill the memory.
-_PIECE = 1 << 20
+_BYTES_AT_ONCE = 1 << 20
 
 
 def digest(path: Path) -> str:
@@ -23,7 +23,7 @@ def digest(path: Path) -> str:
     found = hashlib.sha256()
     if not path.is_dir():
         with path.open("rb") as file:
-            while piece := file.read(_PIECE):
+            while piece := file.read(_BYTES_AT_ONCE):
                 found.update(piece)
         return found.hexdigest()
     for part in sorted(each for each in path.rglob("*") if each.is_file()):

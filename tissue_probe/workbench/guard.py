@@ -94,7 +94,8 @@ class Guard:
 
 def _read_asked(scope: Scope) -> str:
     query = parse_qs(scope.get("query_string", b"").decode("latin-1"))
-    return query.get("token", [""])[0]
+    token: str = query.get("token", [""])[0]
+    return token
 
 
 def _find_cookie(headers: Headers, name: str) -> str:

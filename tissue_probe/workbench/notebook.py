@@ -36,7 +36,7 @@ def notebook(desk: Desk) -> str:
         "nbformat": 4,
         "nbformat_minor": 5,
     }
-    for number, cell in enumerate(told["cells"]):
+    for number, cell in enumerate(cells):
         cell["id"] = f"step-{number}"
     return json.dumps(told, indent=1) + "\n"
 

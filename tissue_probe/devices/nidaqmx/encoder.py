@@ -33,7 +33,8 @@ class LoadCell:
     @property
     def waiting(self) -> int:
         """How many samples wait to be fetched."""
-        return self._stream.avail_samp_per_chan
+        count: int = self._stream.avail_samp_per_chan
+        return count
 
     def read(self, count: int) -> FloatArray:
         """Wait for ``count`` samples [V]."""

@@ -56,8 +56,10 @@ def _sentence(error: Exception) -> str:
         said = _SENTENCES.get(error.error_type) or str(error).partition("\n")[0].rstrip(".")
         return f"{said} (NI-DAQmx {error.error_code})"
     if isinstance(error, RpcError):
-        said = _RPC_SENTENCES.get(error.rpc_code)
-        return said or f"the gRPC device server failed: {error.description}"
+        return (
+            _RPC_SENTENCES.get(error.rpc_code)
+            or f"the gRPC device server failed: {error.description}"
+        )
     if isinstance(error, (DaqNotFoundError, DaqNotSupportedError)):
         return (
             "the driver NI-DAQmx is not installed on this machine: install it, or give "

@@ -29,7 +29,7 @@ from tissue_probe.signals import FloatArray
 UNSEEN = 0.3
 #: Most parts more: they divide the error by a million. Where that is not enough, the model cannot
 #: be simulated at these values.
-MOST_PARTS = 32
+MOST_FINER_PARTS = 32
 #: Degrees of the course through smooth samples, each of which tells the error of the one before.
 DEGREES = (3, 7, 9)
 
@@ -119,10 +119,12 @@ def _shift(
 def in_more_parts(measurement: Measurement, times: int = 2) -> Measurement:
     """Return a measurement that is simulated in so many times more parts.
 
-    Up to one halving beyond ``MOST_PARTS``, which tells the error that is left there.
+    Up to one halving beyond ``MOST_FINER_PARTS``, which tells the error that is left there.
     """
     now = measurement.fineness
-    return replace(measurement, fineness=replace(now, parts=min(times * now.parts, 2 * MOST_PARTS)))
+    return replace(
+        measurement, fineness=replace(now, parts=min(times * now.parts, 2 * MOST_FINER_PARTS))
+    )
 
 
 def smoother(measurement: Measurement) -> Measurement | None:

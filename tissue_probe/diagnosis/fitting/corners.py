@@ -30,7 +30,7 @@ CORNER_STANDS_OUT = 8.0
 AROUND = 151
 #: Of a record with more corners than leave this share of it nothing is left out: it has little
 #: else.
-LEAST_LEFT = 0.5
+RECORD_LEFT = 0.5
 #: Share of a slope by which it may be off, and still is known: between motion and rest the straight
 #: lines on either side of a corner are farther from their mean than that.
 KNOWN = 0.5
@@ -50,7 +50,7 @@ def without_corners(fit: Fit) -> list[Measurement] | None:
         return None
     pairs = zip(fit.measurements, near, strict=True)
     return fit.without(
-        [some & _depends(each, fit.named()) for each, some in pairs], 1.0 - LEAST_LEFT
+        [some & _depends(each, fit.named()) for each, some in pairs], 1.0 - RECORD_LEFT
     )
 
 

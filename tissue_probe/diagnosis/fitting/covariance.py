@@ -72,7 +72,8 @@ def _without(normal: FloatArray, noise: FloatArray) -> FloatArray:
     shares, turned = np.linalg.eigh(whiten.T @ noise @ whiten)
     shares = np.clip(shares, 0.0, MOSTLY)
     basis = whiten @ turned
-    return (basis * ((1.0 + shares) / (1.0 - shares) ** 2)) @ basis.T
+    reduced: FloatArray = (basis * ((1.0 + shares) / (1.0 - shares) ** 2)) @ basis.T
+    return reduced
 
 
 def _by_noise(problem: Problem, point: SearchPoint) -> tuple[FloatArray, FloatArray] | None:

@@ -38,10 +38,10 @@ def first_guesses(measurements: Sequence[Measurement]) -> list[dict[str, float]]
 def _regress_force(measurement: Measurement, window: int) -> dict[str, float]:
     """Regress F = c + k x + beta x' + m x''; a negative value is left to its default."""
     period = measurement.sample_period
-    columns = [
+    orders = [
         smooth_values(measurement.position, window, DEGREE, order, period) for order in range(3)
     ]
-    columns = np.stack([*columns, np.ones_like(columns[0])], axis=1)
+    columns = np.stack([*orders, np.ones_like(orders[0])], axis=1)
     scale = np.abs(columns).max(axis=0) + 1e-300
     force = smooth_values(measurement.force, window, DEGREE)
     found = np.linalg.lstsq(columns / scale, force, rcond=None)[0] / scale

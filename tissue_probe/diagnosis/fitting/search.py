@@ -78,8 +78,11 @@ def _solve(
 
 def _solution(matrix: FloatArray, right: FloatArray) -> FloatArray:
     """Solve by Cholesky's method; by least squares where the matrix is as good as singular."""
+    solution: FloatArray
     _, solution, failed = dposv(matrix, right)
-    return np.linalg.lstsq(matrix, right, rcond=1e-13)[0] if failed else solution
+    if failed:
+        solution = np.asarray(np.linalg.lstsq(matrix, right, rcond=1e-13)[0], dtype=np.float64)
+    return solution
 
 
 def _bounds(problem: Problem, point: SearchPoint) -> tuple[FloatArray, FloatArray]:

@@ -64,4 +64,5 @@ def _find_undecided_samples(
         [problem.response(index, position + each, values, start).output - right for each in errors]
     )
     usual = np.hypot(np.quantile(changes, 0.68), measurement.noise.own)
-    return binary_dilation(changes.max(axis=0) > CHANGE_STANDS_OUT * usual)
+    found: BoolArray = binary_dilation(changes.max(axis=0) > CHANGE_STANDS_OUT * usual)
+    return found

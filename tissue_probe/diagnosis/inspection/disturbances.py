@@ -71,7 +71,8 @@ def turning_sharply(values: FloatArray) -> BoolArray:
     """Tell the samples that are off the cubic through two neighbours to either side."""
     off = np.abs(_off(values))
     usual = np.maximum(np.median(off) / 0.67, percentile_filter(off, 75, _AROUND) / 1.15)
-    return off > _LONE_DEVIATIONS * usual
+    sharp: BoolArray = off > _LONE_DEVIATIONS * usual
+    return sharp
 
 
 def _off(values: FloatArray) -> FloatArray:

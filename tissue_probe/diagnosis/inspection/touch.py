@@ -170,7 +170,8 @@ def _sum_explained(grams: FloatArray, sides: FloatArray) -> FloatArray:
     A tip at rest tells nothing of the way: an unknown slope counts as none.
     """
     inverse = np.linalg.pinv(grams, rcond=ROUNDED_DIRECTION, hermitian=True)
-    return np.einsum("ni,nij,nj->n", sides, inverse, sides)
+    explained: FloatArray = np.einsum("ni,nij,nj->n", sides, inverse, sides)
+    return explained
 
 
 def _slope(position: FloatArray, force: FloatArray) -> tuple[float, float]:

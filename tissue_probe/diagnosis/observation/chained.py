@@ -105,7 +105,8 @@ class Chained(Noise):
         if key not in self._filters:
             self._filters[key] = gains(*about, self.own**2, self.beside**2, counted)
         columns = np.ascontiguousarray(values.reshape(values.shape[0], -1))
-        return white(*about, *self._filters[key], columns).reshape(values.shape)
+        whitened: FloatArray = white(*about, *self._filters[key], columns).reshape(values.shape)
+        return whitened
 
     def of_some(self) -> Noise:
         """Return the white noise alone: the chain is that of all samples."""

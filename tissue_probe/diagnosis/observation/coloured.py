@@ -116,7 +116,8 @@ class Coloured(Noise):
             white[first : first + few] = (self.rows[:few, :few] @ own).reshape(
                 few, *columns.shape[1:]
             )
-        return (white.T * used).T
+        masked: FloatArray = (white.T * used).T
+        return masked
 
     def likeliest(self, residual: FloatArray, used: BoolArray) -> Coloured:
         """Return the noise, no larger than this in the force, that a residual is likeliest for.

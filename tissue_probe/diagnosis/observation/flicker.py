@@ -58,4 +58,5 @@ class Evening:
 
     def cosines(self, columns: FloatArray) -> FloatArray:
         """Return the weighted cosines of columns, shape (N,) or (N, m): products are as of GLS."""
-        return (dct(columns, axis=0, norm="ortho").T * self.weights).T
+        weighted: FloatArray = (dct(columns, axis=0, norm="ortho").T * self.weights).T
+        return weighted

@@ -30,7 +30,8 @@ class Instrument:
     """
 
     rig: Rig = OWN
-    constants: Mapping[str, tuple[float, float]] | None = None
+    # Those of the rig, where none are given.
+    constants: Mapping[str, tuple[float, float]] = None  # type: ignore[assignment]
     flicker_noise: float | None = None
     supposed: frozenset[str] = frozenset()
     any_zero: bool = False

@@ -107,7 +107,7 @@ class Measurement:
     sample_period: float
     at_rest: bool = False
     noise: Noise = UNKNOWN_NOISE
-    used: BoolArray | None = None
+    used: BoolArray = None  # type: ignore[assignment]  # all, where none are given
     output: Quantity = FORCE
     misread: FloatArray | None = None
     motion: MotionEstimate | None = None
@@ -198,12 +198,14 @@ class Measurement:
     @property
     def input_values(self) -> FloatArray:
         """The samples of the input."""
-        return getattr(self, self.input.name)
+        values: FloatArray = getattr(self, self.input.name)
+        return values
 
     @property
     def output_values(self) -> FloatArray:
         """The samples of the channel that a model predicts."""
-        return getattr(self, self.output.name)
+        values: FloatArray = getattr(self, self.output.name)
+        return values
 
     def over_noise(self, values: FloatArray) -> FloatArray:
         """Return values of the output, shape (n, ...), as multiples of its noise; unused ones 0."""

@@ -203,7 +203,8 @@ def _factor(calmness: FloatArray, more: FloatArray | None = None) -> FloatArray:
         wider = np.zeros((more.size, band.shape[1]))
         wider[-band.shape[0] :] = band
         band = wider + more[::-1, None]
-    return cholesky_banded(band)
+    factor: FloatArray = cholesky_banded(band)
+    return factor
 
 
 def _band(calmness: FloatArray) -> FloatArray:
@@ -217,7 +218,8 @@ def _band(calmness: FloatArray) -> FloatArray:
 
 
 def _solve_factored(factor: FloatArray, right: FloatArray) -> FloatArray:
-    return cho_solve_banded((factor, False), right)
+    solution: FloatArray = cho_solve_banded((factor, False), right)
+    return solution
 
 
 def _spread(jerks: FloatArray) -> FloatArray:
@@ -233,4 +235,5 @@ def _shares(gains: FloatArray) -> FloatArray:
     samples.
     """
     stiff = np.exp(LOGARITHMS)[:, None] * (2.0 - 2.0 * np.cos(ANGLES)) ** 3
-    return np.mean((1.0 + gains) / (1.0 + gains + stiff), axis=1)
+    shares: FloatArray = np.mean((1.0 + gains) / (1.0 + gains + stiff), axis=1)
+    return shares

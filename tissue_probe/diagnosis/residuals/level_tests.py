@@ -119,7 +119,10 @@ def _not_linear(residual: FloatArray, position: FloatArray) -> FloatArray:
     columns = np.stack([term / (np.abs(term).max() or 1.0) for term in terms], axis=2)
     basis = np.linalg.qr(columns)[0]
     linear = basis @ (np.swapaxes(basis, 1, 2) @ residual[:, :, None])
-    return np.sum((residual - linear[:, :, 0]) ** 2, axis=1) / (residual.shape[1] - LEVEL_TERMS)
+    variance: FloatArray = np.sum((residual - linear[:, :, 0]) ** 2, axis=1) / (
+        residual.shape[1] - LEVEL_TERMS
+    )
+    return variance
 
 
 def _power(amplitudes: FloatArray, squares: FloatArray) -> float:

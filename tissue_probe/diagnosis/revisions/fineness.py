@@ -11,7 +11,7 @@ from collections.abc import Sequence
 from tissue_probe.diagnosis.evidence.posterior import RIVAL
 from tissue_probe.diagnosis.fitting.accuracy import (
     DEGREES,
-    MOST_PARTS,
+    MOST_FINER_PARTS,
     UNSEEN,
     doubt,
     in_more_parts,
@@ -32,7 +32,7 @@ def finer(fit: Fit, instrument: Instrument) -> list[Measurement] | None:
     None where that is as finely as they are, or where the samples are too few for it.
     """
     told = doubt(fit, instrument)
-    parts = min(math.ceil((told.step / UNSEEN) ** (1.0 / RULE_ORDER)), MOST_PARTS)
+    parts = min(math.ceil((told.step / UNSEEN) ** (1.0 / RULE_ORDER)), MOST_FINER_PARTS)
     refined = [in_more_parts(each, max(parts, 1)) for each in fit.measurements]
     if told.course > UNSEEN:
         along = [smoother(each) or each for each in refined]

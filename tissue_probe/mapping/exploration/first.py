@@ -40,7 +40,7 @@ def first_sites(
     middles, _ = kmeans2(places, min(count, len(places)), minit="++", seed=1)
     # A middle may be in a notch of the area, or in a zone.
     nearest = [int(np.hypot(*(places - middle).T).argmin()) for middle in middles]
-    left = [tuple(map(float, places[i])) for i in dict.fromkeys(nearest)]
+    left = [(float(places[i, 0]), float(places[i, 1])) for i in dict.fromkeys(nearest)]
     way = [min(left)]
     left.remove(way[0])
     while left:

@@ -22,6 +22,7 @@ def main() -> None:
             number, function, arguments, named = pickle.load(sys.stdin.buffer)
         except EOFError:
             return
+        answer: tuple[int, object, Exception | None]
         try:
             answer = number, function(*arguments, **named), None
         except Exception as error:  # whatever it was, who asks has to hear of it

@@ -99,7 +99,8 @@ class FoundInclusion:
     @property
     def centre(self) -> FloatArray:
         """Mean of the middles [mm], shape (2,)."""
-        return self.middles.mean(axis=0)
+        middle: FloatArray = self.middles.mean(axis=0)
+        return middle
 
     @property
     def covariance(self) -> FloatArray:
@@ -142,7 +143,7 @@ def _around_densest(centres: FloatArray, free: np.ndarray) -> FloatArray:
     np.add.at(counts, tuple(cells.T), 1.0)
     smooth = gaussian_filter(counts, _BLUR / _CELL, mode="constant")
     densest = origin + _CELL * (np.array(np.unravel_index(smooth.argmax(), smooth.shape)) + 0.5)
-    distance = np.hypot(*(centres - densest).T)
+    distance: FloatArray = np.hypot(*(centres - densest).T)
     distance[~free] = np.inf
     return distance
 

@@ -8,6 +8,7 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Collection, Iterator
 from pathlib import Path
+from typing import Any
 
 from tissue_probe.recording.bags import decoding
 from tissue_probe.recording.bags.bag import Bag, RawMessage, Topic, by_log_time
@@ -156,7 +157,7 @@ def _namespace(topic: Topic) -> str:
 
 
 def _estimates(bag: Bag, path: object, topic: Topic) -> dict[str, TissueEstimates]:
-    rows: dict[str, list[tuple]] = {}
+    rows: dict[str, list[tuple[Any, ...]]] = {}
     messages = by_log_time(bag, [topic.name])
     for row in Decoder(topic, path).decode_sound(messages, decoding.estimate_row):
         rows.setdefault(row[0], []).append(row)

@@ -49,7 +49,7 @@ class SqliteBag:
         self._name = name or path
         self.profile = "ros2"
         self.metadata: dict[str, dict[str, str]] = {}
-        self._merged: TemporaryDirectory | None = None
+        self._merged: TemporaryDirectory[str] | None = None
         logs = [log for suffix in _LOGS if (log := Path(f"{path}{suffix}")).is_file()]
         self.truncated = any(log.stat().st_size for log in logs)
         if self.truncated:
@@ -83,7 +83,8 @@ class SqliteBag:
         query = f"SELECT COUNT(*) FROM messages {_of(wanted)}"
         try:
             with closing(self._connection()) as connection:
-                return connection.execute(query, tuple(wanted)).fetchone()[0]
+                count: int = connection.execute(query, tuple(wanted)).fetchone()[0]
+                return count
         except sqlite3.Error as error:
             raise self._report_damage(error) from error
 

@@ -177,7 +177,7 @@ def _latest(column: np.ndarray) -> float:
     return _extreme(np.max, column, -np.inf)
 
 
-def _extreme(function: Callable, column: np.ndarray, otherwise: float) -> float:
+def _extreme(function: Callable[..., float], column: np.ndarray, otherwise: float) -> float:
     """Return the least or largest time that is known, of a column of any type."""
     known = np.isfinite(column)
     if not known.any():

@@ -170,8 +170,8 @@ def _date(cell: Cell) -> np.datetime64:
     zone = found["zone"] or "Z"
     if zone[0] in "+-":
         digits = zone.replace(":", "")
-        ahead = (int(digits[1:3]) * 60 + int(digits[3:5])) * 60 * 10**9
-        since -= ahead if digits[0] == "+" else -ahead
+        offset = (int(digits[1:3]) * 60 + int(digits[3:5])) * 60 * 10**9
+        since -= offset if digits[0] == "+" else -offset
     return np.datetime64(_day(found["date"]), "ns") + np.timedelta64(since, "ns")
 
 

@@ -156,7 +156,9 @@ def _sample_rates(
     if layout.sample_rate is not None:
         return dict.fromkeys(signals, layout.sample_rate)
     periods = {
-        role: source.periods[name] for role, name in signals.items() if name in source.periods
+        role: source.periods[name]
+        for role, name in signals.items()
+        if name is not None and name in source.periods
     }
     return {role: 1.0 / period for role, period in periods.items()} if len(periods) == 2 else {}
 
