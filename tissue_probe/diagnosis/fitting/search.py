@@ -168,11 +168,20 @@ def search(
         None where the model cannot be simulated at the starting point.
     """
     with np.errstate(all="ignore"):
+        found = descend(problem, values, starts, bar)
+        return None if found is None else finished(problem, *found)
+
+
+def descend(
+    problem: Problem, values: FloatArray, starts: Sequence[FloatArray], bar: Bar | None = None
+) -> tuple[Point, bool] | None:
+    """Return where ``search`` ends, and whether it settled there, without the numbers of a fit."""
+    with np.errstate(all="ignore"):
         point = point_at(problem, values, starts)
         return None if point is None else _descend(problem, point, bar or Bar())
 
 
-def _descend(problem: Problem, point: Point, bar: Bar) -> Fit:
+def _descend(problem: Problem, point: Point, bar: Bar) -> tuple[Point, bool]:
     damping, ease, settled, gain = 1e-3, EASE, False, np.inf
     for step in range(MOST_STEPS):
         values, starts, promised = _solve(problem, point, damping)
@@ -197,7 +206,7 @@ def _descend(problem: Problem, point: Point, bar: Bar) -> Fit:
         if settled:
             break
     bar.reached(point.cost)
-    return finished(problem, point, settled)
+    return point, settled
 
 
 def _least(point: Point) -> float:
