@@ -104,3 +104,37 @@ def test_a_page_that_cannot_be_written_leaves_no_part_of_it(tmp_path):
     with pytest.raises(tp.TissueProbeError, match="the report cannot be written"):
         told(result()).report(tmp_path / "report.html")
     assert [each.name for each in tmp_path.iterdir()] == ["report.html"]
+
+
+def over_frequency(rows):
+    """Return rows with storage and loss at their frequencies, as recordings of one sine have."""
+    values = [(2.0, 300.0, 40.0), (20.0, 310.0, 400.0), (20.0, 290.0, 380.0)]
+    return [
+        {**row, "frequency": f, "storage": k, "storage_sd": 5.0, "loss": g, "loss_sd": 30.0}
+        for row, (f, k, g) in zip(rows, values, strict=False)
+    ]
+
+
+def test_storage_and_loss_are_drawn_over_frequency_with_the_groups_told_apart(tmp_path):
+    rows = over_frequency(told(result()).rows)
+    text = page(StudyResult((*rows, *told(result()).rows[3:]), 0), tmp_path, by="group")
+    storage, loss = re.findall(r'<svg class="frequencies".*?</svg>\n(?=\n|<)', text, re.DOTALL)
+    for drawn, said in ((storage, "300.0 [290.2 … 309.8] N/m at 2 Hz"), (loss, "N/m at 20 Hz")):
+        assert said in drawn
+        assert drawn.count('class="bar-of"') == 3
+        left, *right = (float(each) for each in re.findall(r'class="bar-of" x1="([\d.]+)%"', drawn))
+        assert left < right[0] == right[1]
+        assert {"group0", "group1"} >= set(re.findall(r'<g class="(group\d)"', drawn))
+    low, high = (float(re.findall(r'<svg x="[\d.]+%" y="([\d.]+)"', loss)[i]) for i in (0, 1))
+    assert low > high  # from the top: the larger loss stands higher
+
+
+def test_a_part_that_is_not_above_zero_is_said_not_to_be_drawn(tmp_path):
+    first, second, third = over_frequency(told(result()).rows)
+    rows = ({**first, "loss": -1.0}, second, third, *told(result()).rows[3:])
+    text = page(StudyResult(rows, 0), tmp_path)
+    assert "Not drawn, since the value is not above 0 or its error not known: 1." in text
+
+
+def test_a_study_without_a_driving_frequency_has_no_such_plot(tmp_path):
+    assert 'class="frequencies"' not in page(told(result()), tmp_path)

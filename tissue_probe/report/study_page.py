@@ -11,6 +11,7 @@ from dataclasses import dataclass, field
 
 from matplotlib.ticker import MaxNLocator
 
+from tissue_probe.report.frequency_plot import FrequencyPlot
 from tissue_probe.report.numbers import interval
 from tissue_probe.report.page import templates
 
@@ -132,6 +133,8 @@ class StudyPage:
         Recordings that no statistics take, each with the reason.
     forests : sequence of Forest
         Values.
+    over_frequency : sequence of FrequencyPlot
+        Storage and loss over the frequency that drives.
     spread : sequence of (str, str)
         How the first value spreads: names and values with intervals.
     spread_note : str
@@ -161,6 +164,7 @@ class StudyPage:
     notes: Sequence[str] = ()
     excluded: Sequence[Told] = ()
     forests: Sequence[Forest] = ()
+    over_frequency: Sequence[FrequencyPlot] = ()
     spread: Sequence[tuple[str, str]] = ()
     spread_note: str = ""
     factors: Sequence[Factor] = ()

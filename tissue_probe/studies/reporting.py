@@ -21,6 +21,7 @@ from tissue_probe.errors import ParameterError
 from tissue_probe.quantities import SIDE
 from tissue_probe.report.study_page import Factor, Forest, Level, Line, StudyPage, Told
 from tissue_probe.studies.exclusion import left_out
+from tissue_probe.studies.over_frequency import plots_over_frequency
 from tissue_probe.studies.result import StudyResult, deviation_of
 from tissue_probe.studies.row import ROW_HAS, SHOWN, SIGNALS
 from tissue_probe.studies.spread import Spread
@@ -58,6 +59,7 @@ def page_of(
             for each in excluded[:LISTED]
         ],
         forests=list(_forests(found, value, specimen, by, links)),
+        over_frequency=list(plots_over_frequency(rows, by, links)),
         spread=list(_spread_lines(spread)) if spread else (),
         spread_note=note,
         factors=[_factor(found, name, value, specimen) for name in factors],

@@ -171,11 +171,20 @@ def search(
         None where the model cannot be simulated at the starting point.
     """
     with np.errstate(all="ignore"):
+        found = descend(problem, values, starts, bar)
+        return None if found is None else finish_fit(problem, *found)
+
+
+def descend(
+    problem: Problem, values: FloatArray, starts: Sequence[FloatArray], bar: Bar | None = None
+) -> tuple[SearchPoint, bool] | None:
+    """Return where ``search`` ends, and whether it settled there, without the numbers of a fit."""
+    with np.errstate(all="ignore"):
         point = point_at(problem, values, starts)
         return None if point is None else _descend(problem, point, bar or Bar())
 
 
-def _descend(problem: Problem, point: SearchPoint, bar: Bar) -> Fit:
+def _descend(problem: Problem, point: SearchPoint, bar: Bar) -> tuple[SearchPoint, bool]:
     damping, ease, settled, gain = 1e-3, EASE, False, np.inf
     for step in range(SEARCH_STEPS):
         values, starts, promised = _solve(problem, point, damping)
@@ -200,7 +209,7 @@ def _descend(problem: Problem, point: SearchPoint, bar: Bar) -> Fit:
         if settled:
             break
     bar.note_cost(point.cost)
-    return finish_fit(problem, point, settled)
+    return point, settled
 
 
 def _least(point: SearchPoint) -> float:

@@ -15,7 +15,7 @@ import numpy as np
 from tissue_probe.diagnosis.fitting.fit import Fit
 from tissue_probe.diagnosis.fitting.point import point_at
 from tissue_probe.diagnosis.fitting.problem import Problem
-from tissue_probe.diagnosis.fitting.search import Bar, search
+from tissue_probe.diagnosis.fitting.search import Bar, descend, search
 from tissue_probe.signals import FloatArray
 
 #: Samples of the first window, as many as tell the first speed, and how many times longer the next
@@ -61,8 +61,8 @@ def _estimate_start(
     while size <= LAST and size < counting.size:
         begun = measurement.take_beginning(int(counting[size]))
         window = Problem(problem.composition, [begun], problem.instrument, held)
-        fit = search(window, own, found)
-        if fit is None:
+        ended = descend(window, own, found)
+        if ended is None:
             return start
-        found, size = fit.starts, LONGER * size
+        found, size = ended[0].starts, LONGER * size
     return found[0]
