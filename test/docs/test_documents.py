@@ -19,6 +19,7 @@ from tissue_probe.diagnosis.improvement import ladder, moves, queue
 from tissue_probe.diagnosis.ranking import harmonic, rules
 from tissue_probe.diagnosis.revisions import loop
 from tissue_probe.estimation import ESTIMATORS, EstimatorSettings
+from tissue_probe.monitoring.settings import MonitorSettings
 from tissue_probe.recording.robot.settings import RobotSettings
 
 ROOT = Path(__file__).parents[2]
@@ -181,7 +182,7 @@ def test_the_table_of_estimators_has_each_of_them():
 #: Services and actions that the table of executables names beside their parameters.
 SERVICES = {
     *("scan_grid", "replay/pause", "tare", "emergency_stop", "reset"),
-    *("identify_sensor", "sensor/re_zero"),
+    *("identify_sensor", "sensor/re_zero", "monitor/diagnose"),
 }
 
 
@@ -195,6 +196,7 @@ def test_every_executable_and_parameter_exists():
     )
     known = {name for pair in fields for name in pair}
     known |= set(EstimatorSettings.model_fields) | set(Limits.model_fields)
+    known |= set(MonitorSettings.model_fields)
     known |= set(RobotSettings.model_fields)
     known |= {name for device in DEVICES.values() for name in device.settings.model_fields}
     for row in rows:

@@ -8,7 +8,7 @@ from security_policy import OPERATOR, PARAMETER_SERVICES, Policy, live_policy, r
 from tissue_probe.estimation import ESTIMATORS
 
 #: Who works on the force beside a lone estimator; the driver looks whether another one drives.
-OTHERS = ("estimators", "scan", "recorder", "operator", "driver")
+OTHERS = ("estimators", "monitor", "scan", "recorder", "operator", "driver")
 #: What carries the force, and what moves or feeds the coil.
 FORCE = {"/probe/samples", "/probe/measured_cf"}
 

@@ -19,6 +19,7 @@ import numpy as np
 from tissue_probe.errors import TissueProbeError
 from tissue_probe.monitoring.question import Question, Verdict
 from tissue_probe.one_line import sentence
+from tissue_probe.physics.rigs import RIGS
 
 #: Effects that are less probable are not told.
 WORTH_TELLING = 0.01

@@ -33,7 +33,7 @@ from tissue_probe.diagnosis.residuals.noise_floor import noise_floor
 from tissue_probe.monitoring.settings import MonitorSettings
 from tissue_probe.monitoring.tested_model import TestedModel
 from tissue_probe.physics.response import course, respond
-from tissue_probe.signals import FloatArray
+from tissue_probe.signals import BoolArray, FloatArray
 
 #: A search ends where a step would lower the cost by less than this: of K - p, about a hundred and
 #: more, it is beside the scatter of sqrt(2 (K - p)) nothing.
@@ -241,7 +241,7 @@ class _Search:
         step[free] = _solved(normal[np.ix_(free, free)], gradient[free], damping)
         return step, float(gradient @ step)
 
-    def _may_move(self, gradient: FloatArray) -> FloatArray:
+    def _may_move(self, gradient: FloatArray) -> BoolArray:
         """Return which values are not held by a bound."""
         problem, down = self.problem, gradient[self.problem.states :] < 0.0
         at_lower = (self.at.values <= problem.lower) & down

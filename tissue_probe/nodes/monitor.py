@@ -26,13 +26,12 @@ from tissue_probe.settings import SettingsError
 from tissue_probe.signals import PalpationSite, SampleBlock
 from tissue_probe_msgs.msg import ModelVerdict
 
-TOPIC = "model_verdict"
 #: Time between two looks at a diagnosis under way [s]: it takes many times as long.
 LOOK = 0.25
 SILENT = "no samples come: activate the driver, or start the adapter, then ask again"
 SECOND = (
-    f"several nodes publish {TOPIC}, so verdicts are mixed: end all monitors of this namespace "
-    "but one"
+    "several nodes publish model_verdict, so verdicts are mixed: end all monitors of this "
+    "namespace but one"
 )
 
 
@@ -70,7 +69,7 @@ class MonitorNode(Node):
         self._cause = ModelVerdict.TEST_FAILED
         self._failure = ""
         self._latest = ""
-        self._verdicts = self.create_publisher(ModelVerdict, TOPIC, LATCHED)
+        self._verdicts = self.create_publisher(ModelVerdict, "model_verdict", LATCHED)
         self.create_service(Trigger, "~/diagnose", self._on_request)
         self._stream = SampleStream(self, [self])
         every(LOOK, self, self._look)
@@ -111,7 +110,7 @@ class MonitorNode(Node):
                 self._diagnose(block, ModelVerdict.REQUESTED)
                 span = len(block) * block.sample_period
                 response.success = True
-                response.message = f"the last {span:.2f} s are being diagnosed; see {TOPIC}"
+                response.message = f"the last {span:.2f} s are being diagnosed; see model_verdict"
         return response
 
     def _why_not(self, block: SampleBlock | None) -> str:
@@ -196,7 +195,7 @@ class MonitorNode(Node):
                 "chance of that": f"{tested.chance:.2g}",
                 "noise [N]": f"{tested.noise:.3g}",
             }
-        if self.count_publishers(TOPIC) > 1:
+        if self.count_publishers("model_verdict") > 1:
             return Health(ERROR, SECOND, values)
         if self._failure:
             return Health(WARN, f"no verdict: {self._failure}", values)
