@@ -35,6 +35,7 @@ from benchmarks import (
     start,
     workbench,
 )
+from benchmarks.beside import measure as beside
 from benchmarks.code import measure as code
 from benchmarks.free_form import measure as free_form
 from benchmarks.golden import tables as golden_tables
@@ -88,6 +89,7 @@ class Part(str, Enum):
     study = "study"
     live_loop = "live_loop"
     free_form = "free_form"
+    beside = "beside"
     all = "all"
 
 
@@ -95,7 +97,7 @@ class Part(str, Enum):
 WITHOUT_BAG = (
     *(Part.reading, Part.start, Part.protocols, Part.third_party, Part.map, Part.workbench),
     *(Part.explore, Part.blocks, Part.golden, Part.code, Part.instrument, Part.study),
-    *(Part.live_loop, Part.free_form),
+    *(Part.live_loop, Part.free_form, Part.beside),
 )
 OWN_TABLES = (Part.daq, Part.soak, Part.readers, *WITHOUT_BAG)
 
@@ -188,6 +190,14 @@ def main(
             help="`instrument`: mark the recordings of this folder by the command line, instead.",
         ),
     ] = None,
+    data: Annotated[
+        Path | None,
+        typer.Option(exists=True, file_okay=False, help="`beside`: the folder of public data."),
+    ] = None,
+    peer: Annotated[
+        Path | None,
+        typer.Option(exists=True, dir_okay=False, help="`beside`: a Python that has jax-sysid."),
+    ] = None,
     hide: Annotated[
         list[Hidden] | None, typer.Option(help="What `diagnosis` has to find; all by default.")
     ] = None,
@@ -207,7 +217,8 @@ def main(
     diagnosis' code is; `study` how fast many recordings are answered, and whether their statistics
     hold; `live_loop` how right a robot's force sensor is identified on an arm in MuJoCo, how right
     its contact, and whether the monitor tells hidden effects, and minutes without any;
-    `free_form` learnt shapes on second records. `all` leaves these eighteen out.
+    `free_form` learnt shapes on second records; `beside` public data with published errors, and
+    other tools on them. `all` leaves these nineteen out.
     """
     os.environ.setdefault("ROS_DOMAIN_ID", DOMAIN)
     count = count or (STUDIED if part == Part.study else diagnosis.COUNT)
@@ -292,6 +303,13 @@ def main(
                 Console(width=150).print(*golden_tables.differences(earlier, found))
         if part == Part.free_form:
             results["free_form"] = free_form.measure(first_seed)
+        if part == Part.beside:
+            if data is None:
+                raise SystemExit("benchmarks: `beside` needs the public data: say where, by --data")
+            compared = beside.measure(data, peer)
+            results["beside"] = beside.kept(compared)
+            Console(width=150).print(*beside.tables(compared))
+            beside.write_page(compared)
         if part == Part.code:
             sizes = code.measure()
             results["code"] = {name: asdict(size) for name, size in sizes.items()}

@@ -46,7 +46,6 @@ def answered(question: Question) -> Verdict:
     """
     from tissue_probe.analysis.diagnosing import diagnose
     from tissue_probe.analysis.measurements import read
-    from tissue_probe.physics.rigs import RIGS
 
     columns = {
         "t": np.arange(question.force.size) * question.sample_period,

@@ -160,7 +160,7 @@ class _Search:
         for index, name in enumerate(self.problem.runs.names):
             if not self.problem.deviation[index] < np.inf and name in model.values:
                 self._nominal[index] = model.values[name]
-        self._flicker = _flicker(count, self.problem.instrument.flicker_noise)
+        self._flicker = _flicker(count, float(self.problem.instrument.flicker_noise or 0.0))
         self._by_position = np.zeros(count)
         self._own_noise = max(noise_floor(measured.force, measured.position), LEAST)
         self.noise = self._own_noise
@@ -208,7 +208,7 @@ class _Search:
     @property
     def _weights(self) -> FloatArray:
         power = self.noise**2 + self._flicker + self._by_position
-        return 1.0 / np.sqrt(power[self._below])
+        return np.asarray(1.0 / np.sqrt(power[self._below]))
 
     def _departure(self, values: FloatArray) -> FloatArray:
         drawn = self.problem.drawn

@@ -29,7 +29,7 @@ class _PythonPrinter(PythonCodePrinter):
 
     def _print_Above(self, expression: sp.Expr) -> str:  # noqa: N802
         number, power = map(self._print, expression.args)
-        return f"max({number}, 0.0) ** {power}"
+        return f"(max({number}, 0.0) ** {power})"
 
     def _print_DiracDelta(self, expression: sp.Expr) -> str:  # noqa: N802
         return "0.0"

@@ -12,7 +12,7 @@ import sympy as sp
 from scipy.interpolate import CubicSpline
 
 
-class Above(sp.Function):
+class Above(sp.Function):  # type: ignore[misc]  # SymPy has no types
     """Power n of the part of a real number y above 0: max(y, 0)^n, n = 1, 2, ...
 
     Of ``sp.Max`` SymPy asks at each step which of its arguments is larger, which takes most of the

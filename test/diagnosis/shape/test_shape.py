@@ -96,6 +96,17 @@ def test_of_a_wave_there_is_no_simple_formula():
     assert found.formula is None
 
 
+def test_a_shape_that_does_not_carry_over_to_a_second_recording_is_not_claimed():
+    law, other = LAWS["indentation",], lambda x, v: 2e7 * x**3
+    base = fit_plainly(Composition("rigid_probe"), [measured(moved(), law)], KNOWN)
+    same, another = (measured(moved(seed=4), each, 2) for each in (law, other))
+    assert found_shape([base], KNOWN, [same]).accepted
+    refused = found_shape([base], KNOWN, [another])
+    assert refused.as_effect.leaves_noise
+    assert not refused.as_effect.carries_over
+    assert (refused.accepted, refused.curve) == (False, None)
+
+
 def test_where_nothing_is_missing_nothing_is_claimed():
     found = learnt(moved(), lambda x, v: 0.0 * x)
     assert found.variables == ()
