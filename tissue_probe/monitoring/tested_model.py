@@ -51,7 +51,8 @@ def tested_model(settings: MonitorSettings) -> TestedModel:
     ModelFileError, EffectError, OSError
         If a file cannot be used.
     """
-    composition, values, constants = Composition(settings.rig), {}, None
+    composition = Composition(settings.rig)
+    values: Mapping[str, float] = {}
     if settings.model:
         from tissue_probe.physics.model_file import load
 
@@ -59,6 +60,7 @@ def tested_model(settings: MonitorSettings) -> TestedModel:
         composition, values = fitted.composition, fitted.values
         _refuse(settings.model, composition)
     rig = composition.rig
+    constants = rig.known
     if settings.calibration_file:
         constants = _calibrated(rig.known, _calibration(settings.calibration_file))
     elif settings.model:

@@ -208,7 +208,8 @@ class _Search:
     @property
     def _weights(self) -> FloatArray:
         power = self.noise**2 + self._flicker + self._by_position
-        return np.asarray(1.0 / np.sqrt(power[self._below]))
+        weights: FloatArray = 1.0 / np.sqrt(power[self._below])
+        return weights
 
     def _departure(self, values: FloatArray) -> FloatArray:
         drawn = self.problem.drawn
