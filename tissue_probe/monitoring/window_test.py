@@ -213,7 +213,8 @@ class _Search:
 
     def _departure(self, values: FloatArray) -> FloatArray:
         drawn = self.problem.drawn
-        return (self.problem.nominal - values)[drawn] / self.problem.deviation[drawn]
+        off: FloatArray = (self.problem.nominal - values)[drawn]
+        return np.asarray(off / self.problem.deviation[drawn], dtype=float)
 
     def _place(self, values: FloatArray, start: FloatArray) -> _Place:
         ((residual, sensitivity),) = self.problem.simulate(values, [start])
