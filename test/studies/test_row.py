@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import json
 import pickle
+import subprocess
+import sys
 
 import pytest
 from laboratory import QUESTION, write
@@ -29,9 +32,22 @@ def test_a_filter_gives_a_row_with_its_status(laboratory):
     assert row["quality"] == "converged"
 
 
+#: A process without threads, which may make a copy of itself.
+DIAGNOSED = """
+import json, os, sys
+import tissue_probe as tp
+before = os.times().children_user
+row = tp.row(sys.argv[1], "diagnose", **json.loads(sys.argv[2]))
+print(json.dumps([os.times().children_user - before, row]))
+"""
+
+
 @pytest.mark.whole_library
-def test_a_diagnosis_gives_verdict_and_probabilities(laboratory):
-    row = tp.row(laboratory / "c_1.csv", "diagnose", **QUESTION)
+def test_a_diagnosis_in_one_process_gives_verdict_and_probabilities(laboratory):
+    call = [sys.executable, "-c", DIAGNOSED, str(laboratory / "c_1.csv"), json.dumps(QUESTION)]
+    said = subprocess.run(call, capture_output=True, text=True, check=True, timeout=300).stdout
+    elsewhere, row = json.loads(said)
+    assert elsewhere == 0.0  # seconds of a copy of the process: other rows are computed beside it
     assert row["verdict"] == "adequate"
     assert row["missing"] == ""
     assert row["over_noise"] == pytest.approx(1.0, abs=0.1)
