@@ -5,6 +5,8 @@ The streams are the challenge's, which shares no code with the models under test
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -66,6 +68,12 @@ def test_the_right_model_holds_on_a_rig_within_its_tolerances(clean, monitor):
 @pytest.mark.parametrize("effect", ["cubic_stiffening", "channel_delay"])
 def test_a_missing_effect_is_told_within_three_seconds(effect, monitor):
     assert any(each.rejected for each in windows_of(monitor, stream((effect,), seed=9103)))
+
+
+def test_an_error_of_the_encoder_that_the_force_does_not_feel_is_told(clean, monitor):
+    step = 5e-6
+    coarse = [replace(each, position=step * np.rint(each.position / step)) for each in clean]
+    assert any(each.rejected for each in windows_of(monitor, coarse))
 
 
 def test_a_lost_block_begins_the_window_anew(clean, monitor):

@@ -122,16 +122,16 @@ function inWords(name, rows, number) {
 
 /**
  * The monitor's verdict on the model, in a few lines.
- * @param {{ verdict: string, effects: [string, number][], error_current: number | null, error_proposed: number | null, unseen: string[], experiment: string }} told
+ * @param {{ verdict: string, effects: [string, number][], error_current: number | null, error_proposed: number | null, unseen: string[], experiment: string }} found
  */
-function verdict(told) {
+function verdict(found) {
   const times = (/** @type {number | null} */ error) => (error === null ? "not known" : `${short(error, 3)} times the noise`);
   return [
-    h("h2", {}, "Model"), h("p", {}, h("b", {}, told.verdict)),
-    told.effects.map(([name, probability]) => h("div", { class: "row spread" }, h("span", {}, worded(name)), h("span", {}, short(probability, 2)))),
-    h("p", { class: "small" }, `The model leaves ${times(told.error_current)}, the proposed one ${times(told.error_proposed)}.`),
-    told.unseen.length ? h("p", { class: "small" }, `Not shown by this motion: ${told.unseen.map(worded).join(", ")}.`) : [],
-    told.experiment ? h("p", { class: "small" }, `Next: ${told.experiment}`) : [],
+    h("h2", {}, "Model"), h("p", {}, h("b", {}, found.verdict)),
+    found.effects.map(([name, probability]) => h("div", { class: "row spread" }, h("span", {}, worded(name)), h("span", {}, short(probability, 2)))),
+    h("p", { class: "small" }, `The model leaves ${times(found.error_current)}, the proposed one ${times(found.error_proposed)}.`),
+    found.unseen.length ? h("p", { class: "small" }, `Not shown by this motion: ${found.unseen.map(worded).join(", ")}.`) : [],
+    found.experiment ? h("p", { class: "small" }, `Next: ${found.experiment}`) : [],
   ];
 }
 
