@@ -44,6 +44,7 @@ from benchmarks.instrument import measure as instrument
 from benchmarks.instrument import speed as instrument_speed
 from benchmarks.instrument import tables as instrument_tables
 from benchmarks.instrument import written_cases
+from benchmarks.live_loop import tolerant
 from benchmarks.maps import blocks, explore
 from benchmarks.maps import measure as maps
 from benchmarks.protocols import deal
@@ -87,6 +88,7 @@ class Part(str, Enum):
     code = "code"
     study = "study"
     live_loop = "live_loop"
+    tolerant = "tolerant"
     free_form = "free_form"
     all = "all"
 
@@ -95,7 +97,7 @@ class Part(str, Enum):
 WITHOUT_BAG = (
     *(Part.reading, Part.start, Part.protocols, Part.third_party, Part.map, Part.workbench),
     *(Part.explore, Part.blocks, Part.golden, Part.code, Part.instrument, Part.study),
-    *(Part.live_loop, Part.free_form),
+    *(Part.live_loop, Part.tolerant, Part.free_form),
 )
 OWN_TABLES = (Part.daq, Part.soak, Part.readers, *WITHOUT_BAG)
 
@@ -121,7 +123,7 @@ def main(
     ] = 60.0,
     minutes: Annotated[float, typer.Option(min=0.1, help="Time of `soak` [min].")] = 10.0,
     seeds: Annotated[
-        int, typer.Option(min=1, help="Seeds of each row of `estimators` and `live_loop`.")
+        int, typer.Option(min=1, help="Seeds of each row of `estimators`, `live_loop`, `tolerant`.")
     ] = 20,
     sequences: Annotated[
         int, typer.Option(min=1, help="`filters`: random sequences that each filter gets.")
@@ -200,7 +202,8 @@ def main(
     says of a fixed set of records, beside an earlier result; `code` how large and tangled the
     diagnosis' code is; `study` how fast many recordings are answered, and whether their statistics
     hold; `live_loop` how right a robot's force sensor is identified on an arm in MuJoCo;
-    `free_form` learnt shapes on second records. `all` leaves these eighteen out.
+    `tolerant` how the filters fare on a rig that is off within its tolerances;
+    `free_form` learnt shapes on second records. `all` leaves these nineteen out.
     """
     os.environ.setdefault("ROS_DOMAIN_ID", DOMAIN)
     count = count or (STUDIED if part == Part.study else diagnosis.COUNT)
@@ -299,6 +302,10 @@ def main(
             marked_air = free_air.measure(seeds)
             results["live_loop"] = free_air.kept(marked_air)
             Console(width=190).print(free_air.table(marked_air))
+        if part == Part.tolerant:
+            marked = tolerant.measure(seeds)
+            results["tolerant"] = tolerant.kept(marked)
+            Console(width=120).print(tolerant.table(marked))
         if part in (Part.live, Part.all):
             results["live"] = live.measure(RESULTS, seconds)
         if part in (Part.offline, Part.all):
