@@ -1,22 +1,25 @@
 """Constants of the rig that are known roughly, considered beside any of the Kalman filters.
 
 A constant that is wrong is wrong in the same way in every sample: no noise of process or force may
-stand for it. So the filter runs as if its constants were right, with its mean X, covariance P and
-gain K; beside it runs by how much the constants' errors shift that mean, and what the innovations
-tell of these errors (B. Friedland, IEEE Trans. Automatic Control 14, 1969, "Treatment of bias in
-recursive filtering", eqs. 17-34). With the errors d in their standard deviations, of mean 0 and
-covariance I before the first sample,
+stand for it. So the filter keeps its own covariance P and gain K, those of right constants; beside
+them it keeps by how much the constants' errors shift its mean, and what the innovations tell of
+these errors (B. Friedland, IEEE Trans. Automatic Control 14, 1969, "Treatment of bias in recursive
+filtering"). With the errors in their standard deviations, d known of them with covariance M (at
+first 0 and I),
 
-    state = X + V d + error of covariance P
-    prediction:  V <- F V + B,                 B = df/dc sd
-    force:       s = H V + D,                  D = dh/dc sd
-                 innovation = y - h(X) - s d,  S = H P H^T + R + s M s^T
-    update:      V <- V - K s,  d <- d + M s^T / S innovation,  M <- M - M s^T s M / S
+    prediction:  V <- F V + B,                         B = df/dc sd
+    force:       s = H V + D,  S = H P H^T + R + s M s^T,  D = dh/dc sd
+    update:      V <- V - K s,  g = M s^T / S,  d <- d + g nu,  M <- M - g s M,
+                 X <- X + K nu + V g nu,  nu = y - h(X, c + sd d)
 
-This is the filter whose state is augmented by the constants, without process noise, at a third of
-its cost: its innovations are white, and so all tests of them hold as they are. The constants enter
-to first order, as the state does in the extended filter. The estimate is X + V d, its covariance
-P + V M V^T. What fades or is opened anew is P, the tissue's: a rig does not change.
+This is the extended filter whose state is augmented by the constants, without process noise, its
+covariance [P + V M V^T, V M; M V^T, M] kept in factors. Its innovations are white, and so all tests
+of them hold as they are. What fades or is opened anew is P, the tissue's: a rig does not change.
+
+The first samples tell much of all unknowns together, by tangents that are taken at a wild mean:
+false news of the constants, which would never be forgotten. So nothing is learnt of them at first
+(S. F. Schmidt, Advances in Control Systems 3, 1966: they are considered, M held), and where the
+tangents have become good, the tissue is opened anew.
 """
 
 from __future__ import annotations

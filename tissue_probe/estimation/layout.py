@@ -139,6 +139,14 @@ class Layout:
         """Place in ``memory`` of V, d, M of the considered constants (see ``Filter``)."""
         return self.verdict + VERDICT_SIZE + len(self.extra)
 
+    def by_constants(self, memory: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return V M V^T, the covariance that is due to considered constants, shape (n, n)."""
+        n, q, place = len(self.states), len(self.considered), self.considering
+        V = memory[place : place + n * q].reshape(n, q)
+        M = np.zeros((q, q))
+        M[np.triu_indices(q)] = memory[place + n * q + q : self.passes]
+        return V @ (M + np.triu(M, 1).T) @ V.T
+
     @property
     def passes(self) -> int:
         """Place in ``memory`` of how often the tissue was opened anew (see ``considered``)."""

@@ -3,10 +3,10 @@
 
 Never imported: this text becomes part of each generated kernel module, which supplies ``start``,
 ``reopen``, ``predict``, ``expected``, ``output``, ``update``, ``told``, ``cap``,
-``true_position`` and ``tick``, all from symbols, the estimator's ``weigh``, the rig's ``take_in`` and ``noise`` (``past_inputs`` or
-``windows``), and the names in capitals: places in ``constants`` and in ``memory``. All that a
-filter knows is in ``memory``, so that cutting the stream into blocks of any size cannot change a
-bit of the estimates.
+``true_position`` and ``tick``, all from symbols, the estimator's ``weigh``, the rig's ``take_in``
+and ``noise`` (``past_inputs`` or ``windows``), and the names in capitals: places in ``constants``
+and in ``memory``. All that a filter knows is in ``memory``, so that cutting the stream into blocks
+of any size cannot change a bit of the estimates.
 """
 
 
