@@ -50,7 +50,7 @@ def test_a_filter_that_takes_its_constants_as_exact_fails_the_same_test(chirps):
 
 
 def test_a_mass_that_is_off_shows_in_the_stated_stiffness():
-    """One steady sine cannot tell the mass from the stiffness, dk = dm w^2; its start tells some."""
+    """One steady sine cannot tell mass from stiffness, dk = dm w^2; its start tells some."""
     block = block_of(Experiment(duration=1.0, frequency=10.0))
     stated = []
     for tolerance in (0.0, 0.01):
