@@ -81,6 +81,7 @@ setup(
     packages=find_packages(include=["tissue_probe", "tissue_probe.*"]),
     package_data={
         "tissue_probe": ["py.typed"],
+        "tissue_probe.estimation": ["templates/*.py"],
         "tissue_probe.report": ["*.jinja", "*.js"],
         "tissue_probe.workbench": ["page/*", "page/vendor/*"],
     },

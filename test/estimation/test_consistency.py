@@ -14,7 +14,7 @@ KALMAN = ["robust_ekf", "ekf", "ukf", "afekf"]
 @pytest.fixture(scope="module", params=KALMAN)
 def runs(request):
     return [
-        Estimator(request.param, EstimatorSettings()).process(
+        Estimator(request.param, EstimatorSettings().exact()).process(
             block_of(Experiment(duration=0.5, seed=seed))
         )
         for seed in SEEDS
@@ -47,7 +47,7 @@ def test_errors_stay_within_what_the_covariance_claims(runs):
 
 def test_ekf_and_ukf_agree_since_the_measurement_is_linear():
     block = block_of(Experiment(duration=1.0))
-    ekf, ukf = (Estimator(n, EstimatorSettings()).process(block) for n in ("ekf", "ukf"))
+    ekf, ukf = (Estimator(n, EstimatorSettings().exact()).process(block) for n in ("ekf", "ukf"))
     np.testing.assert_allclose(ekf.stiffness[400:], ukf.stiffness[400:], rtol=1e-4)
     np.testing.assert_allclose(ekf.damping[400:], ukf.damping[400:], rtol=5e-4)
 
@@ -55,6 +55,6 @@ def test_ekf_and_ukf_agree_since_the_measurement_is_linear():
 def test_a_filter_that_claims_less_noise_than_there_is_fails_the_same_test():
     """That the test can fail: half the true noise is claimed."""
     block = block_of(Experiment(duration=0.5))
-    estimates = Estimator("ekf", EstimatorSettings(force_noise=2.5e-3)).process(block)
+    estimates = Estimator("ekf", EstimatorSettings(force_noise=2.5e-3).exact()).process(block)
     nis = estimates.normalized_innovation_squared[100:]
     assert np.mean(nis < 3.841) < 0.75

@@ -9,8 +9,8 @@ from tissue_probe.estimation import ESTIMATORS, Estimator, EstimatorSettings
 from tissue_probe.estimation.layout import force_variance
 from tissue_probe.signals import Status
 
-EXACT = EstimatorSettings()
-EULER = EstimatorSettings(discretisation="euler")
+EXACT = EstimatorSettings().exact()
+EULER = EstimatorSettings(discretisation="euler").exact()
 
 
 def estimate(name, experiment, settings=EXACT):
@@ -62,7 +62,7 @@ def test_only_the_fading_filter_of_the_papers_three_follows_a_change():
 
 
 def test_the_fading_filters_covariance_settles_and_the_others_falls():
-    papers = EstimatorSettings(velocity_noise=1e-8)
+    papers = EstimatorSettings(velocity_noise=1e-8).exact()
     experiment = Experiment(duration=4.0)
     ekf, afekf = (estimate(name, experiment, papers) for name in ("ekf", "afekf"))
     assert afekf.covariance_trace[-1] == pytest.approx(0.58, rel=0.1)

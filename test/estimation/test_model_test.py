@@ -80,7 +80,7 @@ def block_of(position, force, first=0):
 
 
 def estimate(name, position, force, **settings):
-    return Estimator(name, EstimatorSettings(**settings)).process(block_of(position, force))
+    return Estimator(name, EstimatorSettings(**settings).exact()).process(block_of(position, force))
 
 
 EXCITATIONS = {

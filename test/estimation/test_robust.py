@@ -12,7 +12,7 @@ SEEDS = range(500, 505)
 
 
 def estimate(experiment, name="robust_ekf", **settings):
-    return Estimator(name, EstimatorSettings(**settings)).process(block_of(experiment))
+    return Estimator(name, EstimatorSettings(**settings).exact()).process(block_of(experiment))
 
 
 def settled_within(experiment, begin, limit, name="robust_ekf"):
@@ -101,7 +101,7 @@ def test_a_model_is_accepted_again_when_it_fits_again():
     """Not at once: after so long that a wrong one would have been contradicted again."""
     wrong = HardeningTissue(duration=1.0, hardening=0.5)
     right = Experiment(duration=12.0, encoder_resolution=0)
-    estimator = Estimator("robust_ekf", EstimatorSettings())
+    estimator = Estimator("robust_ekf", EstimatorSettings().exact())
     assert estimator.process(block_of(wrong)).status[-1] == Status.MODEL_REJECTED
     after = estimator.process(block_of(right, first=2000))
     assert np.all(after.status[: 9 * 2000] == Status.MODEL_REJECTED)

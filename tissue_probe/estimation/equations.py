@@ -5,7 +5,8 @@ Contents: names for the quantities of a Kalman filter, and their way into code.
 
 from __future__ import annotations
 
-from functools import cache
+from dataclasses import replace
+from functools import cache, cached_property
 
 import sympy as sp
 
@@ -14,6 +15,7 @@ from tissue_probe.physics.discretise import BEGUN, DISCRETISATIONS, Step
 from tissue_probe.physics.effects.effect import TIME
 from tissue_probe.physics.model import Model
 from tissue_probe.physics.program import Program
+from tissue_probe.physics.rigs.constants import CONTACT_POSITION
 
 
 class Filter:
@@ -30,6 +32,11 @@ class Filter:
     innovation, S, R : Symbol
         Measured minus predicted force [N], its variance, and that of the force's noise [N^2], as
         ``weigh`` returned them.
+    considered : Matrix of symbols, shape (q, 1)
+        The constants that are known roughly (``considered``), q of them.
+    V, d, M : Matrix, shape (n, q), (q, 1), (q, q)
+        Change of the mean with the constants' errors, mean and covariance of these errors; all in
+        their standard deviations.
 
     With ``given`` the mean is not read from the filter's memory: it is the function's arguments.
     From ``workspace`` on the memory is free for intermediate results.
@@ -60,6 +67,7 @@ class Filter:
         )
         for constant in model.constants:
             self.constant(str(constant))
+        self._load_considered()
         self.I = sp.eye(count)
         self.Q = sp.diag(*self.per_state("process_variance"))
         self.S, self.R = sp.symbols("S R", real=True)
@@ -67,6 +75,31 @@ class Filter:
         if not given:
             self._tell_signals(self.H)
         self.innovation = sp.Symbol("innovation", real=True)
+
+    def _load_considered(self) -> None:
+        """Read V, d, M and the standard deviations."""
+        layout, n = self.layout, len(self.layout.states)
+        names = layout.considered
+        q = len(names)
+        constants = {str(constant): constant for constant in self.model.constants}
+        self.considered = sp.Matrix(q, 1, [constants[name] for name in names])
+        self._deviations = [self._deviation(name) for name in names]
+        place, load = layout.considering, self.program.load
+        V = load("memory", place, [f"V{i}_{j}" for i in range(n) for j in range(q)])
+        d = load("memory", place + n * q, [f"d{j}" for j in range(q)])
+        upper = [(i, j) for i in range(q) for j in range(i, q)]
+        M = load("memory", place + n * q + q, [f"M{i}_{j}" for i, j in upper])
+        self.V, self.d = sp.Matrix(n, q, V), sp.Matrix(q, 1, d)
+        for name, deviation, departure in zip(names, self._deviations, d, strict=True):
+            self.program.line(f"{name} += {deviation} * {departure}")
+        self.M = sp.Matrix(q, q, lambda i, j: M[upper.index((min(i, j), max(i, j)))])
+
+    def _deviation(self, name: str) -> sp.Expr:
+        """Return the standard deviation of a constant."""
+        tolerance = self.constant(f"{name}_tolerance")
+        if name == CONTACT_POSITION.name:
+            return tolerance
+        return self.program.let("sd", tolerance * sp.Symbol(name, real=True))
 
     def constant(self, name: str) -> sp.Symbol:
         """Return a setting, or a number derived from the settings, as a symbol."""
@@ -92,6 +125,14 @@ class Filter:
         self._tell_signals(sp.Matrix([self.model.output]))
         return self.model.output
 
+    @cached_property
+    def seen(self) -> sp.Matrix:
+        """Change of the predicted force with the constants' errors [N], shape (1, q)."""
+        D = sp.Matrix([self.model.output]).jacobian(self.considered)
+        self._tell_signals(D)
+        by_constant = [D[j] * self._deviations[j] for j in range(D.cols)]
+        return self.let("seen", self.H * self.V + sp.Matrix([by_constant]))
+
     @property
     def time(self) -> sp.Expr:
         """Time of the present sample since the start [s]."""
@@ -108,10 +149,16 @@ class Filter:
 
     @property
     def force_variance(self) -> sp.Expr:
-        """H P H^T + R [N^2], the variance of the predicted force with its noise (eqs. 25, 39)."""
+        """H P H^T + R [N^2], the variance of the predicted force with its noise (eqs. 25, 39).
+
+        Where constants are considered, s M s^T is a part of it.
+        """
         noise = sp.Symbol("noise_variance", real=True)
         self.program.line(f"{noise} = noise(constants, memory)")
-        return (self.H * self.P * self.H.T)[0] + noise
+        own = (self.H * self.P * self.H.T)[0] + noise
+        if not self.considered:
+            return own
+        return own + (self.seen * self.M * self.seen.T)[0]
 
     def let(self, name: str, value: sp.Matrix) -> sp.Matrix:
         """Give a matrix a name: it is computed once, here."""
@@ -126,8 +173,11 @@ class Filter:
         if not self.model.states:
             return self.X, self.I
         step = self.motion(derivatives=True)
-        count = len(self.model.parameters)
-        F = step.jacobian.col_join(sp.zeros(count, len(self.model.states)).row_join(sp.eye(count)))
+        moving, count = len(self.model.states), len(self.model.parameters)
+        by_state = step.jacobian[:, : moving + count]
+        F = by_state.col_join(sp.zeros(count, moving).row_join(sp.eye(count)))
+        by_constant = step.jacobian[:, moving + count :] * sp.diag(*self._deviations)
+        self.B = by_constant.col_join(sp.zeros(count, len(self.considered)))
         return step.states.col_join(self.model.parameters), F
 
     def step_of(self, point: sp.Matrix) -> sp.Matrix:
@@ -174,9 +224,30 @@ class Filter:
         self.program.store("memory", 0, list(X))
         self.program.store("memory", size, [P[i, j] for i in range(size) for j in range(i, size)])
 
+    def store_considered(
+        self, V: sp.Matrix | None = None, d: sp.Matrix | None = None, M: sp.Matrix | None = None
+    ) -> None:
+        """Keep what changed of V, d and M."""
+        if not self.considered:
+            return
+        n, q = self.V.shape
+        place = self.layout.considering
+        if V is not None:
+            self.program.store("memory", place, list(self.let("V", V)))
+        if d is not None:
+            self.program.store("memory", place + n * q, list(self.let("d", d)))
+        if M is not None:
+            M = self.program.let_symmetric("M", M)
+            upper = [M[i, j] for i in range(q) for j in range(i, q)]
+            self.program.store("memory", place + n * q + q, upper)
+
     def motion(self, derivatives: bool) -> Step:
-        """Advance the model's states by one sample."""
+        """Advance the model's states by one sample; derivatives are by the constants, too."""
+        model = self.model
+        if self.considered and derivatives:
+            by = sp.Matrix([*model.parameters, *self.considered])
+            model = replace(model, parameters=by)
         period = self.constant("sample_period")
         if self.model.motion.has(TIME):
             self.program.set(str(BEGUN), self.time - period)
-        return self._discretise(self.program, self.model, period, self.inputs, derivatives)
+        return self._discretise(self.program, model, period, self.inputs, derivatives)

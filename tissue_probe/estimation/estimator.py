@@ -106,8 +106,12 @@ class Estimator:
             return None
         size = len(layout.states)
         matrix = np.zeros((size, size))
-        matrix[np.triu_indices(size)] = self._run.memory[size : layout.history]
-        return matrix + np.triu(matrix, 1).T
+        memory = self._run.memory
+        matrix[np.triu_indices(size)] = memory[size : layout.history]
+        own = matrix + np.triu(matrix, 1).T
+        if not layout.considered:
+            return own
+        return own + layout.by_constants(memory)
 
     def restart(self) -> None:
         """Forget everything learnt."""

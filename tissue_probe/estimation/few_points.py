@@ -46,3 +46,17 @@ def spread(filter, tangent):
         FU = filter.let("FU", F[:moving, :moving] * U[:moving, :moving])
         P[:moving, :moving] += FU * FU.T
     filter.assign(X + d.col_join(sp.zeros(len(X) - moving, 1)), P)
+
+
+def tangent_is_poor(filter, P):
+    """Return, as source, whether the tangent leaves out more than the process noise.
+
+    The tissue's force k x + beta x' is a product of unknowns: the tangent at their mean leaves out
+    errors of the variance P_kk P_xx + P_bb P_vv [N^2], which move the tip by dt / m. P is the
+    covariance that counts, in symbols.
+    """
+    P, Q = filter.diagonal(P), filter.diagonal(filter.Q)
+    rate = filter.constant("sample_period") / filter.constant("tip_mass")
+    lost = P["stiffness"] * P["tip_position"] + P["damping"] * P["tip_velocity"]
+    left_out = filter.program.let("left_out", rate**2 * lost)
+    return f"{left_out} > {Q['tip_velocity']}"

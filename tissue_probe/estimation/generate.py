@@ -12,6 +12,7 @@ from types import ModuleType
 
 import sympy as sp
 
+from tissue_probe.estimation import considered
 from tissue_probe.estimation.equations import Filter
 from tissue_probe.estimation.layout import (
     DERIVED,
@@ -25,12 +26,13 @@ from tissue_probe.physics.model import Model
 
 #: The callers of these functions are compiled code, too.
 OPTIONS = 'error_model="numpy", no_cpython_wrapper=True, no_cfunc_wrapper=True'
-LOOP = Path(__file__).with_name("loop.py")
-PAST_INPUTS = Path(__file__).with_name("past_inputs.py")
-WINDOWS = Path(__file__).with_name("windows.py")
-VERDICT = Path(__file__).with_name("verdict.py")
-BY_HAND = Path(__file__).with_name("by_hand.py")
-ENTRIES = Path(__file__).with_name("entries.py")
+TEMPLATES = Path(__file__).with_name("templates")
+LOOP = TEMPLATES / "loop.py"
+PAST_INPUTS = TEMPLATES / "past_inputs.py"
+WINDOWS = TEMPLATES / "windows.py"
+VERDICT = TEMPLATES / "verdict.py"
+BY_HAND = TEMPLATES / "by_hand.py"
+ENTRIES = TEMPLATES / "entries.py"
 
 # A larger number is no measurement [m, N]: it counts as missing, as a NaN does.
 LARGEST = 1e4
@@ -76,12 +78,18 @@ def source(model: Model, discretisation: str, layout: Layout, equations: ModuleT
         function("forget(constants, memory)", _forget),
         function("cap(constants, memory)", _cap),
         function("is_definite(constants, memory)", _is_definite),
+        function("expected(constants, memory)", _expected),
         function("output(constants, memory)", _output),
         function(f"step(constants, memory, {states})", _step, given=True),
         function("true_position(constants, memory, position)", _true_position, given=True),
         function("tick(constants, memory)", _tick, given=True),
-        function("predict(constants, memory)", equations.predict),
-        function("update(constants, memory, innovation, S, R)", equations.update),
+        function("predict(constants, memory)", lambda filter: _predict(filter, equations)),
+        function(
+            "update(constants, memory, innovation, S, R)",
+            lambda filter: _update(filter, equations),
+        ),
+        function("reopen_tissue(constants, memory)", considered.reopen_tissue),
+        function("told(constants, memory)", _told),
         function("inflate(constants, memory, factor, offset_factor)", _inflate),
         f"@njit({OPTIONS})\n{inspect.getsource(equations.weigh)}",
         VERDICT.read_text(),
@@ -111,7 +119,9 @@ def _places(layout: Layout, memory: int, verdict: int, follows: bool) -> str:
         "STIFFNESS": states.index("stiffness"),
         "DAMPING": states.index("damping"),
         "STIFFNESS_DAMPING": layout.covariance(states.index("stiffness"), states.index("damping")),
-        "OFFSET": states.index("force_offset") if "force_offset" in states else -1,
+        "OFFSET": bool(
+            {"force_offset", "contact_position"}.intersection((*states, *layout.considered))
+        ),
         "HISTORY": layout.history,
         "PRIMED": layout.primed,
         "PREDICTED": layout.predicted,
@@ -131,6 +141,7 @@ def _places(layout: Layout, memory: int, verdict: int, follows: bool) -> str:
 def _forget(filter: Filter) -> None:
     """Know less than the prior: a constant force, too, may have any value within its bounds."""
     filter.assign(filter.per_state("prior"), sp.diag(*filter.per_state("largest_variance")))
+    considered.begin(filter)
 
 
 def _start(filter: Filter) -> None:
@@ -140,6 +151,7 @@ def _start(filter: Filter) -> None:
     filter.program.store("memory", layout.history, [0.0] * 8)
     filter.program.store("memory", layout.verdict, [1.0] + (VERDICT_SIZE - 1) * [0.0])
     filter.program.store("memory", layout.verdict + VERDICT_SIZE, list(layout.extra.values()))
+    considered.begin(filter)
 
 
 def _reopen(filter: Filter) -> None:
@@ -150,7 +162,40 @@ def _reopen(filter: Filter) -> None:
     prior = sp.diag(*filter.per_state("prior_variance"))
     P = sp.Matrix(*prior.shape, lambda i, j: filter.P[i, j] if kept[i] and kept[j] else prior[i, j])
     filter.assign(filter.X, P)
+    considered.reopen(filter, kept)
     filter.program.store("memory", filter.layout.primed, [0.0])
+
+
+def _predict(filter: Filter, equations: ModuleType) -> None:
+    """Advance by one sample."""
+    if filter.considered:
+        considered.predict(filter)
+    equations.predict(filter)
+
+
+def _update(filter: Filter, equations: ModuleType) -> None:
+    """Take in an innovation."""
+    if filter.considered:
+        considered.update(filter)
+    equations.update(filter)
+    if filter.considered:
+        considered.begin_to_learn(filter)
+
+
+def _told(filter: Filter) -> list[sp.Expr]:
+    """Return stiffness, damping, the covariance's trace and its part of these two, the offset."""
+    names, let = filter.layout.states, filter.program.let
+    k, beta = names.index("stiffness"), names.index("damping")
+    X, P = filter.X, filter.P
+    if filter.considered:
+        VM = filter.let("VM", filter.V * filter.M)
+        P += VM * filter.V.T
+    trace = sp.Symbol("trace")
+    filter.program.line(f"{trace} = 0.0")
+    for i in range(len(names)):
+        filter.program.line(f"{trace} += {let('variance', P[i, i])}")
+    offset = X[names.index("force_offset")] if "force_offset" in names else sp.Integer(0)
+    return [X[k], X[beta], trace, P[k, k], P[beta, beta], P[k, beta], offset]
 
 
 def _is_definite(filter: Filter) -> list[sp.Expr]:
@@ -183,6 +228,11 @@ def _inflate(filter: Filter) -> None:
     factors = [offset_factor if s == "force_offset" else factor for s in filter.layout.states]
     D = sp.diag(*filter.let("root", sp.Matrix(factors).applyfunc(sp.sqrt)))
     filter.assign(filter.X, D * filter.P * D)
+
+
+def _expected(filter: Filter) -> list[sp.Symbol]:
+    """Predict the force."""
+    return [filter.program.let("force", filter.force)]
 
 
 def _output(filter: Filter) -> list[sp.Symbol]:

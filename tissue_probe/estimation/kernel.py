@@ -5,18 +5,20 @@ from __future__ import annotations
 import ast
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from types import ModuleType
 
 import numpy as np
 from numpy.typing import NDArray
 
+from tissue_probe.estimation.considered import considered
 from tissue_probe.estimation.layout import Layout
 from tissue_probe.estimation.settings import EstimatorSettings
 from tissue_probe.physics import compiled, machine_code, numba_code
 from tissue_probe.physics.machine_code import MachineCode
 from tissue_probe.physics.rigs import RIGS, Live
+from tissue_probe.physics.rigs.constants import CONTACT_POSITION
 from tissue_probe.settings import SettingsError
 
 FloatArray = NDArray[np.float64]
@@ -79,9 +81,12 @@ class KalmanFilter:
         if settings.model:
             return self._composed(settings)
         how, windowed = settings.discretisation, RIGS[settings.rig].live is Live.windows
+        roughly = considered(settings, self.force_offset)
         name = f"{self._name}_rigid" if windowed else f"{self._name}_{how}"
-        code = _code(name, lambda: self._source(settings.rig, how))
-        layout = Layout(tuple(code.facts["STATE_NAMES"]), code.facts["EXTRA"], windowed=windowed)
+        name += "_tolerant" if roughly else ""
+        code = _code(name, lambda: self._source(settings.rig, how, roughly))
+        states, extra = tuple(code.facts["STATE_NAMES"]), code.facts["EXTRA"]
+        layout = Layout(states, extra, _known(roughly), windowed=windowed, considered=roughly)
         return Kernel(layout.constants, code, layout)
 
     def _composed(self, settings: EstimatorSettings) -> Kernel:
@@ -90,9 +95,11 @@ class KalmanFilter:
         from tissue_probe.estimation.live_model import live_model
 
         live = live_model(settings, self.force_offset)
-        layout = live.layout(self.equations.EXTRA)
+        roughly = considered(settings, self.force_offset)
+        layout = replace(live.layout(self.equations.EXTRA), considered=roughly)
         code = _code(
-            f"{self._name}_{settings.discretisation}_{live.digest}",
+            f"{self._name}_{settings.discretisation}_{live.digest}"
+            + ("_tolerant" if roughly else ""),
             lambda: source(live.model, settings.discretisation, layout, self.equations),
         )
 
@@ -105,16 +112,23 @@ class KalmanFilter:
     def _name(self) -> str:
         return self.equations.__name__.rpartition(".")[2]
 
-    def _source(self, rig: str, discretisation: str) -> str:
+    def _source(self, rig: str, discretisation: str, roughly: tuple[str, ...]) -> str:
         # SymPy is imported only where a kernel has to be generated: it takes half a second.
         from tissue_probe.estimation.generate import WINDOW_SUMS, source
 
-        model = RIGS[rig].compose(force_offset=self.force_offset)
+        model = RIGS[rig].compose(
+            contact_position=CONTACT_POSITION.name in roughly, force_offset=self.force_offset
+        )
         states = tuple(map(str, [*model.states, *model.parameters]))
         windowed = not model.states  # the force follows the input's derivatives at once
         extra = {**self.equations.EXTRA, **(WINDOW_SUMS if windowed else {})}
-        layout = Layout(states, extra, windowed=windowed)
+        layout = Layout(states, extra, _known(roughly), windowed=windowed, considered=roughly)
         return source(model, discretisation, layout, self.equations)
+
+
+def _known(roughly: tuple[str, ...]) -> dict[str, float]:
+    """Return the constants that no setting tells: the tip touches at 0, give or take."""
+    return {CONTACT_POSITION.name: 0.0} if CONTACT_POSITION.name in roughly else {}
 
 
 @dataclass(frozen=True)

@@ -75,6 +75,8 @@ class Layout:
         Of the states that the settings do not know.
     windowed : bool
         Whether samples are taken in by windows (``windows``), not one by one.
+    considered : tuple of str
+        Constants that are known roughly (``considered``).
     """
 
     states: tuple[str, ...]
@@ -82,6 +84,7 @@ class Layout:
     known: Mapping[str, float] = field(default_factory=dict)
     priors: Mapping[str, Prior] = field(default_factory=dict)
     windowed: bool = False
+    considered: tuple[str, ...] = ()
 
     def constant(self, name: str) -> int:
         """Place in ``constants`` of a setting, a derived number, or a constant of the model."""
@@ -132,6 +135,24 @@ class Layout:
         return self.verdict + VERDICT_SIZE + list(self.extra).index(name)
 
     @property
+    def considering(self) -> int:
+        """Place in ``memory`` of V, d, M of the considered constants (see ``Filter``)."""
+        return self.verdict + VERDICT_SIZE + len(self.extra)
+
+    def by_constants(self, memory: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return V M V^T, the covariance that is due to considered constants, shape (n, n)."""
+        n, q, place = len(self.states), len(self.considered), self.considering
+        V = memory[place : place + n * q].reshape(n, q)
+        M = np.zeros((q, q))
+        M[np.triu_indices(q)] = memory[place + n * q + q : self.passes]
+        return V @ (M + np.triu(M, 1).T) @ V.T
+
+    @property
+    def passes(self) -> int:
+        """Place in ``memory`` of how often the tissue was opened anew (see ``considered``)."""
+        return self.size - 1
+
+    @property
     def constant_count(self) -> int:
         """Length of ``constants``."""
         return self.per_state(PER_STATE[-1]) + len(self.states) + len(self.known)
@@ -139,7 +160,8 @@ class Layout:
     @property
     def size(self) -> int:
         """Length of ``memory``, without the equations' intermediate results."""
-        return self.verdict + VERDICT_SIZE + len(self.extra)
+        q = len(self.considered)
+        return self.considering + q * len(self.states) + q + q * (q + 1) // 2 + 1
 
     def constants(self, settings: EstimatorSettings, sample_period: float) -> NDArray[np.float64]:
         """Return the array ``constants`` for given settings and sample period [s]."""

@@ -22,7 +22,7 @@ WITH_POSITION, WITH_FORCE, SQUARE_POSITION = 6, 9, 12
 PHASE, COUNT, SQUARED_WEIGHTS, LAST = 13, 14, 15, 16
 STIFFNESS = LAST
 FOLLOWS = True
-OFFSET = LAST + 6  # which the fit's constant takes up
+OFFSET = True  # which the fit's constant takes up
 # The share of the motion's square that is not the steady drive's: a hundredth, squared, since
 # the damping may be a small part of the impedance.
 UNSTEADY = 1e-4

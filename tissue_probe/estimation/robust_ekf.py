@@ -33,20 +33,12 @@ EXTRA = {"RECENT_NIS": 1.0, "RECENT_SQUARE": 0.0, "OPENINGS": 0.0, "MANY_OPENING
 
 
 def predict(filter):
-    """Advance by sigma points where the tangent leaves out more than the process noise.
-
-    The tissue's force k x + beta x' is a product of unknowns: the tangent at their mean leaves out
-    errors of the variance P_kk P_xx + P_bb P_vv [N^2], which move the tip by dt / m.
-    """
+    """Advance by sigma points where the tangent leaves out more than the process noise."""
     if not filter.model.states:
         ekf.predict(filter)
         return
     filter.step()  # which both need
-    P, Q = filter.diagonal(filter.P), filter.diagonal(filter.Q)
-    rate = filter.constant("sample_period") / filter.constant("tip_mass")
-    lost = P["stiffness"] * P["tip_position"] + P["damping"] * P["tip_velocity"]
-    left_out = filter.program.let("left_out", rate**2 * lost)
-    filter.program.begin(f"if {left_out} > {Q['tip_velocity']}:")
+    filter.program.begin(f"if {few_points.tangent_is_poor(filter, filter.P)}:")
     few_points.spread(filter, tangent=len(filter.model.states))
     filter.program.line("return")
     filter.program.end()

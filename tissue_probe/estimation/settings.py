@@ -13,6 +13,20 @@ def _setting(default: Any, unit: str, description: str, **bounds: float) -> Any:
     return Field(default, description=description, json_schema_extra={"unit": unit}, **bounds)
 
 
+def _tolerance(name: str, of: str) -> Any:
+    """Return the setting of how far a constant of this suite's own rig may be off."""
+    value, deviation = OWN.known[name]
+    return _setting(
+        deviation / value,
+        "",
+        f"Standard deviation of {of} as a share of it, as the rig or a calibration tells it; 0: "
+        f"exact (Kalman filters, rig {OWN.name})",
+        ge=0,
+        # Within four standard deviations a constant keeps its sign.
+        le=0.25,
+    )
+
+
 #: Names of the rigs whose samples filters take.
 FILTERED = [rig.name for rig in RIGS.values() if rig.live is not Live.no]
 #: Fastest rate of the tip's motion that the exact step follows [1/s]. Then it divides a second of
@@ -20,6 +34,8 @@ FILTERED = [rig.name for rig in RIGS.values() if rig.live is not Live.no]
 FASTEST = 3e5
 #: How many standard deviations from its mean a sigma point tries the tissue.
 REACH = 3.0
+#: Settings that tell how far constants of the rig may be off.
+TOLERANCES = tuple(f"{constant.name}_tolerance" for constant in OWN.constants)
 
 
 class EstimatorSettings(BaseModel):
@@ -39,6 +55,19 @@ class EstimatorSettings(BaseModel):
     )
     load_cell_damping: float = _setting(
         0.8, "N s/m", "Damping beta0 of the load cell between coil and tip", ge=0, le=1e4
+    )
+    tip_mass_tolerance: float = _tolerance("tip_mass", "the moving mass")
+    load_cell_stiffness_tolerance: float = _tolerance(
+        "load_cell_stiffness", "the load cell's stiffness"
+    )
+    load_cell_damping_tolerance: float = _tolerance("load_cell_damping", "the load cell's damping")
+    contact_position_tolerance: float = _setting(
+        OWN.known["contact_position"][1],
+        "m",
+        "Standard deviation of the position at which the tip touches, 0; 0: exact (Kalman filters "
+        f"without a force offset, rig {OWN.name})",
+        ge=0,
+        le=1e-3,
     )
     force_noise: float = _setting(
         0.005, "N", "Standard deviation of the noise on the force", ge=1e-9, le=100
@@ -157,6 +186,10 @@ class EstimatorSettings(BaseModel):
         if too_fast := self.too_fast():
             raise ValueError(too_fast)
         return self
+
+    def exact(self) -> EstimatorSettings:
+        """Return the same settings, all constants of the rig taken as known exactly."""
+        return self.model_copy(update=dict.fromkeys(TOLERANCES, 0.0))
 
     @classmethod
     def unit(cls, name: str) -> str:

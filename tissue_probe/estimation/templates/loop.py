@@ -2,11 +2,11 @@
 """The loop around every Kalman filter: missing samples, bounds, status.
 
 Never imported: this text becomes part of each generated kernel module, which supplies ``start``,
-``reopen``, ``predict``, ``output``, ``update``, ``cap``, ``true_position`` and ``tick``, all from
-symbols, the estimator's ``weigh``, the rig's ``take_in`` and ``noise`` (``past_inputs`` or
-``windows``), and the names in capitals: places in ``constants`` and in ``memory``. All that a
-filter knows is in ``memory``, so that cutting the stream into blocks of any size cannot change a
-bit of the estimates.
+``reopen``, ``predict``, ``expected``, ``output``, ``update``, ``told``, ``cap``,
+``true_position`` and ``tick``, all from symbols, the estimator's ``weigh``, the rig's ``take_in``
+and ``noise`` (``past_inputs`` or ``windows``), and the names in capitals: places in ``constants``
+and in ``memory``. All that a filter knows is in ``memory``, so that cutting the stream into blocks
+of any size cannot change a bit of the estimates.
 """
 
 
@@ -57,20 +57,16 @@ def repair(constants, memory):
 @njit(error_model="numpy")
 def record(constants, memory, estimates, sample):
     """Write the estimates after a sample."""
-    stiffness = memory[STIFFNESS]
-    damping = memory[DAMPING]
-    stiffness_variance = memory[DIAGONAL[STIFFNESS]]
-    damping_variance = memory[DIAGONAL[DAMPING]]
-    trace = 0.0
-    for state in range(STATES):
-        trace += memory[DIAGONAL[state]]
+    stiffness, damping, trace, stiffness_variance, damping_variance, covariance, offset = told(
+        constants, memory
+    )
     estimates[0, sample] = stiffness
     estimates[1, sample] = damping
     estimates[2, sample] = trace
     estimates[3, sample] = stiffness_variance
     estimates[4, sample] = damping_variance
-    estimates[5, sample] = memory[STIFFNESS_DAMPING]
-    estimates[6, sample] = memory[OFFSET] if OFFSET >= 0 else 0.0
+    estimates[5, sample] = covariance
+    estimates[6, sample] = offset
     estimates[7, sample] = memory[PREDICTED]
     estimates[10, sample] = status(
         constants, memory, stiffness, damping, stiffness_variance, damping_variance
@@ -92,7 +88,8 @@ def run(constants, memory, position, force, estimates, begin, end):
             interrupt(memory)
         if due and memory[PRIMED] > 0.0:
             predicted, variance = output(constants, memory)
-            if variance < 0.5 * noise(constants, memory):
+            least = 0.5 * noise(constants, memory)
+            if not (least <= variance < math.inf and math.isfinite(predicted)):
                 # Rounding has left a covariance that no numbers have: all begins anew.
                 start(constants, memory)
                 predicted, variance = output(constants, memory)
@@ -105,7 +102,7 @@ def run(constants, memory, position, force, estimates, begin, end):
             standard = math.copysign(math.sqrt(normalized), innovation)
             judge_model(constants, memory, position[sample], innovation, standard)
             S, R = weigh(constants, memory, innovation, variance)
-            predicted, _ = output(constants, memory)  # anew, in case that all was forgotten
+            predicted = expected(constants, memory)  # anew, in case that all was forgotten
             update(constants, memory, measured - predicted, S, R)
             if has_recovered(memory):
                 start(constants, memory)

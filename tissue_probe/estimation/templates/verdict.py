@@ -19,7 +19,7 @@ turn. A line away from the harmonics (hum) turns its phase from batch to batch; 
 filter follows does not last so long. More noise than was set is divided out: the sums are over the
 greater of the two. Even laws of force have a second harmonic, odd ones a third: no wrong tissue
 lacks both. Harmonics that the filter takes up itself say nothing: 0 where it estimates a constant
-force, 1 where it also follows a change of stiffness and damping.
+force or where the tissue begins, 1 where it also follows a change of stiffness and damping.
 
 **The noise** is tested by the mean NIS: where innovations are greater than predicted, but do not
 recur with the drive, a force away from the drive's frequency disturbs the filter.
@@ -137,7 +137,7 @@ def agree(memory, batch, taken, matters, enough):
     # A harmonic of amplitude a has a^2 / 2 in every sample, and a / 2 in the mean of A_n.
     limit = max(LIMIT * power, 0.5 * SHARE * (power - taken) * taken)
     for n in range(4):
-        if (n == 0 and OFFSET >= 0) or (n == 1 and FOLLOWS):
+        if (n == 0 and OFFSET) or (n == 1 and FOLLOWS):
             continue
         real, imaginary = batch + HARMONICS + 2 * n, batch + HARMONICS + 2 * n + 1
         product = memory[real] * memory[real + BEFORE]
