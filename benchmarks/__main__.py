@@ -45,7 +45,6 @@ from benchmarks.instrument import measure as instrument
 from benchmarks.instrument import speed as instrument_speed
 from benchmarks.instrument import tables as instrument_tables
 from benchmarks.instrument import written_cases
-from benchmarks.live_loop import tolerant
 from benchmarks.maps import blocks, explore
 from benchmarks.maps import measure as maps
 from benchmarks.protocols import deal
@@ -112,7 +111,8 @@ class Rig(str, Enum):
 Hidden = Enum("Hidden", {name: name for name in diagnosis.HIDDEN}, type=str)
 Excitation = Enum("Excitation", {name: name for name in DURATIONS}, type=str)
 Group = Enum("Group", {name: name for name in (*instrument_groups.GROUPS, "speed")}, type=str)
-Step = Enum("Step", {name: name for name in ("free_air", "contact", "monitor", "tolerant")}, type=str)
+STEPS = ("free_air", "contact", "monitor", "tolerant")
+Step = Enum("Step", {name: name for name in STEPS}, type=str)
 Protocol = Enum("Protocol", {name: name for name in PROTOCOLS}, type=str)
 
 
@@ -320,7 +320,7 @@ def main(
             Console().print(*studies.tables(results["study"]))
         if part == Part.live_loop:
             # MuJoCo, which nothing else needs.
-            from benchmarks.live_loop import contact, free_air, monitor
+            from benchmarks.live_loop import contact, free_air, monitor, tolerant
 
             steps = [each.value for each in step or Step]
             if "free_air" in steps:
