@@ -329,13 +329,14 @@ def _diagnose_measurements(
     return DiagnosisResult(diagnosis, fitted, validated, sources, notes, put)
 
 
-def diagnosis_of(compared: ComparisonResult) -> DiagnosisResult:
+def diagnosis_of(compared: ComparisonResult, workers: int = WORKERS) -> DiagnosisResult:
     """Diagnose the measurements of a comparison, with the model that was compared."""
     asked, fitted = compared.asked, compared.fitted
-    found = search(
-        asked.composition, compared.taken, asked.instrument_for(fitted), asked.library, (), (),
-        asked.model.values,
-    )  # fmt: skip
+    with among(workers):
+        found = search(
+            asked.composition, compared.taken, asked.instrument_for(fitted), asked.library, (), (),
+            asked.model.values,
+        )  # fmt: skip
     return DiagnosisResult(found, fitted, Measurements(()), compared.sources, compared.notes, asked)
 
 

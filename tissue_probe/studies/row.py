@@ -19,7 +19,6 @@ from tissue_probe.analysis.diagnosing import DiagnosisResult, diagnosis_of
 from tissue_probe.analysis.estimating import EstimateResult, estimate
 from tissue_probe.analysis.measurements import Measurements, read_by
 from tissue_probe.analysis.question import Asked
-from tissue_probe.diagnosis.sharing import among
 from tissue_probe.errors import ParameterError, TissueProbeError
 from tissue_probe.one_line import sentence
 from tissue_probe.physics.composition import Composition
@@ -142,12 +141,12 @@ def _by_task(
     if task == "estimate":
         filtered = estimate(measured, **asked)
         return _estimated(filtered), _filtered_model(filtered, asked.get("effects", ()))
-    with among(1):  # other rows are computed beside it: it shares its work with no copy of itself
-        compared = compare(measured, **asked)
-        told = _compared(compared)
-        if task == "compare":
-            return told, compared.fit.composition
-        diagnosed = diagnosis_of(compared)
+    # Other rows are computed beside it: it shares its work with no copy of itself.
+    compared = compare(measured, workers=1, **asked)
+    told = _compared(compared)
+    if task == "compare":
+        return told, compared.fit.composition
+    diagnosed = diagnosis_of(compared, workers=1)
     return told | _diagnosed(diagnosed), diagnosed.found.ladder.final.composition
 
 
