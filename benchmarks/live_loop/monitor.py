@@ -35,8 +35,8 @@ from tissue_probe.monitoring.monitor import Monitor
 from tissue_probe.monitoring.settings import MonitorSettings
 from tissue_probe.signals import FloatArray, SampleBlock
 
-#: Seeds of no test, and of nothing that the test was made with.
-FIRST_SEED = 61_000
+#: Seeds of no test, and of nothing that the test was made with; of clean tissue, downwards.
+FIRST_SEED, CLEAN_SEED = 63_000, 60_499
 #: Samples within which an effect is to be told [s].
 IN_TIME = 3.0
 #: Strengths of each effect, each with a specimen of its own.
@@ -108,7 +108,7 @@ def _of_effect(settings: MonitorSettings, effect: str, seed: int) -> Outcome:
 
 def _clean(settings: MonitorSettings, number: int) -> Outcome:
     """Mark tissue without any effect."""
-    seed, motion = FIRST_SEED - 1 - number, ("sine", "sweep")[number % 2]
+    seed, motion = CLEAN_SEED - number, ("sine", "sweep")[number % 2]
     random = np.random.default_rng(seed)
     tissue = Specimen(
         stiffness=float(np.exp(random.uniform(np.log(150.0), np.log(3000.0)))),

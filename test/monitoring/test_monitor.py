@@ -15,6 +15,9 @@ from tissue_probe.challenge.simulator import make_challenge
 from tissue_probe.errors import TissueProbeError
 from tissue_probe.monitoring.monitor import Monitor
 from tissue_probe.monitoring.settings import MonitorSettings
+from tissue_probe.physics.composition import Composition
+from tissue_probe.physics.effects import EFFECTS
+from tissue_probe.physics.model_file import save
 from tissue_probe.settings import SettingsError, build
 from tissue_probe.signals import PalpationSite, Phase, SampleBlock
 
@@ -68,6 +71,16 @@ def test_the_right_model_holds_on_a_rig_within_its_tolerances(clean, monitor):
 @pytest.mark.parametrize("effect", ["cubic_stiffening", "channel_delay"])
 def test_a_missing_effect_is_told_within_three_seconds(effect, monitor):
     assert any(each.rejected for each in windows_of(monitor, stream((effect,), seed=9103)))
+
+
+def test_a_model_file_that_has_the_effect_holds(tmp_path):
+    composition = Composition(effects=(EFFECTS["cubic_stiffening"],))
+    values = {entry.name: entry.default for entry in composition.values}
+    save(tmp_path / "model.yaml", composition, values, {})
+    monitor = Monitor(MonitorSettings(model=str(tmp_path / "model.yaml")))
+    found = windows_of(monitor, stream(("cubic_stiffening",), seed=9103))
+    assert len(found) == 3
+    assert not any(each.rejected for each in found)
 
 
 def test_an_error_of_the_encoder_that_the_force_does_not_feel_is_told(clean, monitor):
