@@ -17,10 +17,9 @@ def _tolerance(name: str, of: str) -> Any:
     """Return the setting of how far a constant of this suite's own rig may be off."""
     value, deviation = OWN.known[name]
     return _setting(
-        deviation / value,
+        round(deviation / value, 12),
         "",
-        f"Standard deviation of {of} as a share of it, as the rig or a calibration tells it; 0: "
-        f"exact (Kalman filters, rig {OWN.name})",
+        f"Standard deviation of {of} as a share of it; 0: exact (Kalman filters)",
         ge=0,
         # Within four standard deviations a constant keeps its sign.
         le=0.25,
@@ -64,8 +63,8 @@ class EstimatorSettings(BaseModel):
     contact_position_tolerance: float = _setting(
         OWN.known["contact_position"][1],
         "m",
-        "Standard deviation of the position at which the tip touches, 0; 0: exact (Kalman filters "
-        f"without a force offset, rig {OWN.name})",
+        "Standard deviation of the position at which the tip touches; 0: exact (Kalman filters "
+        "without a force offset)",
         ge=0,
         le=1e-3,
     )
