@@ -54,7 +54,7 @@ def test_a_mass_that_is_off_shows_in_the_stated_stiffness():
     block = block_of(Experiment(duration=1.0, frequency=10.0))
     stated = []
     for tolerance in (0.0, 0.01):
-        only_mass = EXACT.model_copy(update={"tip_mass_tolerance": tolerance})
+        only_mass = EXACT.model_copy(update={"tip_mass_tol": tolerance})
         found = Estimator("robust_ekf", only_mass).process(block)
         stated.append(math.sqrt(found.stiffness_variance[-1]))
     by_mass = 0.01 * 0.04 * (20.0 * math.pi) ** 2

@@ -53,7 +53,7 @@ def considered(settings: EstimatorSettings, force_offset: bool) -> tuple[str, ..
     if rig.live is not Live.models:
         return ()
     names = [constant.name for constant in rig.constants]
-    if not any(getattr(settings, f"{name}_tolerance") for name in names):
+    if not any(getattr(settings, f"{name}_tol") for name in names):
         return ()
     return tuple(n for n in names if not (force_offset and n == CONTACT_POSITION.name))
 

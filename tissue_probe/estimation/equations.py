@@ -96,7 +96,7 @@ class Filter:
 
     def _deviation(self, name: str) -> sp.Expr:
         """Return the standard deviation of a constant."""
-        tolerance = self.constant(f"{name}_tolerance")
+        tolerance = self.constant(f"{name}_tol")
         if name == CONTACT_POSITION.name:
             return tolerance
         return self.program.let("sd", tolerance * sp.Symbol(name, real=True))

@@ -17,10 +17,9 @@ def _tolerance(name: str, of: str) -> Any:
     """Return the setting of how far a constant of this suite's own rig may be off."""
     value, deviation = OWN.known[name]
     return _setting(
-        deviation / value,
+        round(deviation / value, 12),
         "",
-        f"Standard deviation of {of} as a share of it, as the rig or a calibration tells it; 0: "
-        f"exact (Kalman filters, rig {OWN.name})",
+        f"Standard deviation of {of} as a share of it; 0: exact (Kalman filters)",
         ge=0,
         # Within four standard deviations a constant keeps its sign.
         le=0.25,
@@ -35,7 +34,7 @@ FASTEST = 3e5
 #: How many standard deviations from its mean a sigma point tries the tissue.
 REACH = 3.0
 #: Settings that tell how far constants of the rig may be off.
-TOLERANCES = tuple(f"{constant.name}_tolerance" for constant in OWN.constants)
+TOLERANCES = tuple(f"{constant.name}_tol" for constant in OWN.constants)
 
 
 class EstimatorSettings(BaseModel):
@@ -56,16 +55,14 @@ class EstimatorSettings(BaseModel):
     load_cell_damping: float = _setting(
         0.8, "N s/m", "Damping beta0 of the load cell between coil and tip", ge=0, le=1e4
     )
-    tip_mass_tolerance: float = _tolerance("tip_mass", "the moving mass")
-    load_cell_stiffness_tolerance: float = _tolerance(
-        "load_cell_stiffness", "the load cell's stiffness"
-    )
-    load_cell_damping_tolerance: float = _tolerance("load_cell_damping", "the load cell's damping")
-    contact_position_tolerance: float = _setting(
+    tip_mass_tol: float = _tolerance("tip_mass", "the moving mass")
+    load_cell_stiffness_tol: float = _tolerance("load_cell_stiffness", "the load cell's stiffness")
+    load_cell_damping_tol: float = _tolerance("load_cell_damping", "the load cell's damping")
+    contact_position_tol: float = _setting(
         OWN.known["contact_position"][1],
         "m",
-        "Standard deviation of the position at which the tip touches, 0; 0: exact (Kalman filters "
-        f"without a force offset, rig {OWN.name})",
+        "Standard deviation of the position at which the tip touches; 0: exact (Kalman filters "
+        "without a force offset)",
         ge=0,
         le=1e-3,
     )
