@@ -189,7 +189,7 @@ def test_what_a_measured_motion_cannot_show_is_absorbed():
 
 def test_of_two_effects_one_is_hidden_where_no_two_would_show(monkeypatch):
     monkeypatch.setattr(series, "all_show", lambda answer: len(answer.effects) < 2)
-    monkeypatch.setattr(series, "PAIRS", 3)
+    monkeypatch.setattr(series, "PAIRS_TRIED", 3)
     for made in make_series("two", 2, 0, "sine10", "exact"):
         assert len(made.answer.effects) == 1
 

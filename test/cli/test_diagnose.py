@@ -293,7 +293,7 @@ def test_of_several_stretches_the_worst_is_shown_and_named_with_its_error(
     told = said(run("compare", "gap.csv", *named).out)
     assert "gap.csv, part 2 (stretch 2 of 2, most of the squared error over noise)" in told
     assert re.search(r"the error in it is [\d.]+ mN rms", told)
-    monkeypatch.setattr(kept_files, "DRAWN", 1000)
+    monkeypatch.setattr(kept_files, "REPORT_SAMPLES", 1000)
     outcome = run("improve", "gap.csv", *named, "--add", HIDDEN, "--output", "better")
     assert outcome.status == 0, outcome.err
     page = (tmp_path / "better" / "report.html").read_text(encoding="utf-8")

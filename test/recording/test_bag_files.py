@@ -256,7 +256,7 @@ def test_ros1_bags_are_read_in_the_order_stored(packing, tmp_path):
 
 def test_a_ros1_chunk_that_would_fill_the_memory_is_refused(tmp_path, monkeypatch):
     path = ros1_bag(tmp_path / "run.bag", Rosbag1Writer.CompressionFormat.BZ2, 2000)
-    monkeypatch.setattr(unpacking, "LARGEST", 2**12)
+    monkeypatch.setattr(unpacking, "LARGEST_UNPACKED", 2**12)
     with pytest.raises(RecordingError, match=r"run.bag is not read: a chunk of it unpacks to more"):
         list(open_bag(path).messages(["/place"]))
     monkeypatch.setattr(unpacking, "TOTAL", 2**12)
@@ -274,7 +274,7 @@ def test_a_file_that_would_fill_the_disk_is_refused(tmp_path, monkeypatch):
 
 
 def test_a_message_that_would_fill_the_memory_is_refused(tmp_path, monkeypatch):
-    monkeypatch.setattr(unpacking, "LARGEST", 2**20)
+    monkeypatch.setattr(unpacking, "LARGEST_UNPACKED", 2**20)
     entries = [("/ft", "std_msgs/msg/Float64", "float64 data\n", zstandard.compress(bytes(2**22)))]
     path = bag_of(tmp_path / "run.mcap", entries)
     with pytest.raises(RecordingError, match=r"run.mcap is not read: a message of it unpacks to"):

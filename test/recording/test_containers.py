@@ -61,7 +61,7 @@ def test_what_stands_around_the_table_of_a_sheet_is_told(tmp_path):
 
 @pytest.mark.parametrize("name", ["x.xlsx", "x.npz"])
 def test_an_archive_that_expands_without_end_is_refused(name, tmp_path, monkeypatch):
-    monkeypatch.setattr(bounds, "LARGEST", 2**22)
+    monkeypatch.setattr(bounds, "LARGEST_EXPANDED", 2**22)
     members = {"x.xlsx": "[Content_Types].xml", "x.npz": "t.npy"}
     content = io.BytesIO()
     with zipfile.ZipFile(content, "w", zipfile.ZIP_DEFLATED) as file:
@@ -94,7 +94,7 @@ def test_a_matlab_file_of_zeros_alone_is_refused(mark, tmp_path):
 
 
 def test_a_matlab_file_that_expands_without_end_is_refused(tmp_path, monkeypatch):
-    monkeypatch.setattr(bounds, "LARGEST", 2**20)
+    monkeypatch.setattr(bounds, "LARGEST_EXPANDED", 2**20)
     packed = zlib.compress(b"\0" * 2**22)
     head = b"MATLAB 5.0 MAT-file".ljust(124) + b"\x00\x01IM"
     tag = (15).to_bytes(4, "little") + len(packed).to_bytes(4, "little")

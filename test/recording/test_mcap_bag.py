@@ -195,7 +195,7 @@ def test_a_file_damaged_in_its_middle_is_not_said_to_be_cut_off(run, caplog):
 @pytest.fixture
 def small_bounds(monkeypatch):
     """Bounds that a test reaches in milliseconds."""
-    monkeypatch.setattr(unpacking, "LARGEST", 2**20)
+    monkeypatch.setattr(unpacking, "LARGEST_UNPACKED", 2**20)
     monkeypatch.setattr(unpacking, "TOTAL", 4 * 2**20)
 
 

@@ -114,7 +114,7 @@ def test_an_upload_has_a_name_and_no_place(tmp_path):
 
 
 def test_an_upload_that_is_too_large_is_refused_and_leaves_nothing(tmp_path, monkeypatch):
-    monkeypatch.setattr(uploads, "LARGEST", 1000)
+    monkeypatch.setattr(uploads, "LARGEST_UPLOAD", 1000)
     with pytest.raises(RequestRefused, match="more than"):
         asyncio.run(uploads.keep("long.csv", parts_of(*[b"x" * 400] * 3), tmp_path))
     assert list(tmp_path.iterdir()) == []
