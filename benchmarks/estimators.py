@@ -19,7 +19,7 @@ from tissue_probe.estimation import Estimator, EstimatorSettings
 from tissue_probe.reproduction.filters import PAPER
 from tissue_probe.signals import SampleBlock, TissueEstimates
 
-STANDARD = EstimatorSettings().exact()
+STANDARD = EstimatorSettings()
 K, B = 450.0, 5.0
 
 

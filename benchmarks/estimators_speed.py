@@ -24,8 +24,8 @@ from tissue_probe.estimation.run import Run
 from tissue_probe.signals import SampleBlock
 
 HERE = Path(__file__).parent
-SETTINGS = EstimatorSettings().exact()
-EULER = EstimatorSettings(discretisation="euler").exact()
+SETTINGS = EstimatorSettings()
+EULER = EstimatorSettings(discretisation="euler")
 PERIOD = 5e-4
 DOUBLES = ctypes.POINTER(ctypes.c_double)
 

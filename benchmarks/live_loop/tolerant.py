@@ -91,7 +91,7 @@ def table(marks: Sequence[Mark]) -> Table:
 
 
 def _marked(name: str, excitation: str, made: Sequence[Challenge]) -> Mark:
-    tolerant, exact = EstimatorSettings(), EstimatorSettings().exact()
+    tolerant, exact = EstimatorSettings().tolerant(), EstimatorSettings()
     counts = {key: np.zeros(3, int) for key in (tolerant, exact)}
     for challenge in made:
         for settings in counts:

@@ -14,7 +14,7 @@ from tissue_probe.challenge import make_challenge
 from tissue_probe.estimation import Estimator, EstimatorSettings
 from tissue_probe.signals import SampleBlock, Status
 
-TOLERANT, EXACT = EstimatorSettings(), EstimatorSettings().exact()
+TOLERANT, EXACT = EstimatorSettings().tolerant(), EstimatorSettings()
 KALMAN = ["robust_ekf", "ekf"]
 SEEDS = range(9000, 9008)
 

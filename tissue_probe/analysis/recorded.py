@@ -13,7 +13,6 @@ from pydantic import ValidationError
 from tissue_probe import bounded_yaml
 from tissue_probe.estimation import ESTIMATORS, EstimatorSettings
 from tissue_probe.estimation.offline import estimate
-from tissue_probe.estimation.settings import TOLERANCES
 from tissue_probe.mapping.fusion import MapBuilder
 from tissue_probe.physics.felt_table import FeltTable
 from tissue_probe.physics.phantom import Phantom
@@ -69,8 +68,6 @@ def estimator_settings(
         )
     recorded = node_parameters(recording, "estimator", estimator)
     values = {name: recorded[name] for name in EstimatorSettings.model_fields if name in recorded}
-    if recorded:  # by a filter that knew no tolerances, where none is told
-        values = dict.fromkeys(TOLERANCES, 0.0) | values
     if "effects" in changes:
         raise SettingsError("the setting effects is no number: name the Python file by `effects`")
     values |= changes

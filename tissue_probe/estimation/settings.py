@@ -15,17 +15,24 @@ def _setting(default: Any, unit: str, description: str, **bounds: float) -> Any:
 
 def _tolerance(name: str, of: str) -> Any:
     """Return the setting of how far a constant of this suite's own rig may be off."""
-    value, deviation = OWN.known[name]
     return _setting(
-        round(deviation / value, 12),
+        0.0,
         "",
-        f"Standard deviation of {of} as a share of it; 0: exact (Kalman filters)",
+        f"Standard deviation of {of} as a share of it; 0: exact; this rig: "
+        f"{OWN_TOLERANCES[name]:g} (Kalman filters)",
         ge=0,
         # Within four standard deviations a constant keeps its sign.
         le=0.25,
     )
 
 
+def _own_tolerances() -> dict[str, float]:
+    """Return the tolerances of this suite's own rig: shares, and of the touch a length [m]."""
+    shares = {name: sd / value if value else sd for name, (value, sd) in OWN.known.items()}
+    return {name: round(share, 12) for name, share in shares.items()}
+
+
+OWN_TOLERANCES = _own_tolerances()
 #: Names of the rigs whose samples filters take.
 FILTERED = [rig.name for rig in RIGS.values() if rig.live is not Live.no]
 #: Fastest rate of the tip's motion that the exact step follows [1/s]. Then it divides a second of
@@ -59,10 +66,10 @@ class EstimatorSettings(BaseModel):
     load_cell_stiffness_tol: float = _tolerance("load_cell_stiffness", "the load cell's stiffness")
     load_cell_damping_tol: float = _tolerance("load_cell_damping", "the load cell's damping")
     contact_position_tol: float = _setting(
-        OWN.known["contact_position"][1],
+        0.0,
         "m",
-        "Standard deviation of the position at which the tip touches; 0: exact (Kalman filters "
-        "without a force offset)",
+        "Standard deviation of the position at which the tip touches; 0: exact; this rig: "
+        f"{OWN_TOLERANCES['contact_position']:g} (Kalman filters without a force offset)",
         ge=0,
         le=1e-3,
     )
@@ -187,6 +194,12 @@ class EstimatorSettings(BaseModel):
     def exact(self) -> EstimatorSettings:
         """Return the same settings, all constants of the rig taken as known exactly."""
         return self.model_copy(update=dict.fromkeys(TOLERANCES, 0.0))
+
+    def tolerant(self) -> EstimatorSettings:
+        """Return the same settings, the constants known within the rig's tolerances."""
+        return self.model_copy(
+            update={f"{name}_tol": OWN_TOLERANCES[name] for name in OWN_TOLERANCES}
+        )
 
     @classmethod
     def unit(cls, name: str) -> str:

@@ -22,7 +22,7 @@ PAPER = EstimatorSettings(
     stiffness_maximum=1e6,
     damping_minimum=-1e4,
     damping_maximum=1e4,
-).exact()
+)
 # Unsure of the tissue, and sure that the tip rests. The paper does not tell its prior; where
 # measuring begins in the midst of a motion, filters with this one fail at high frequencies only, as
 # the paper's do.
@@ -61,7 +61,7 @@ def paper_filters(settings: EstimatorSettings) -> tuple[ShownFilter, ShownFilter
 
 
 UKF, EKF, AFEKF = paper_filters(PAPER)
-ROBUST = ShownFilter("robust_ekf", "robust_ekf", EstimatorSettings().exact(), "#009E73", "-")
+ROBUST = ShownFilter("robust_ekf", "robust_ekf", EstimatorSettings(), "#009E73", "-")
 EVERY = (UKF, EKF, AFEKF, ROBUST)
 
 
