@@ -39,7 +39,7 @@ from tissue_probe.diagnosis.ranking.candidates import fit_base
 from tissue_probe.errors import ParameterError
 from tissue_probe.physics.composition import Composition
 from tissue_probe.physics.kinds import LONGEST_DELAY, MOST_EARLY
-from tissue_probe.physics.rigs import RIGS
+from tissue_probe.physics.rigs import RIGID_PROBE
 from tissue_probe.sensor.compensation import load_file
 from tissue_probe.signals import FloatArray
 
@@ -169,7 +169,7 @@ def identify_contact(
     """
     known = _known(delay, drift, sensor, constants or {})
     asked = {name: given for name, given in known.items() if name not in (DELAY, DRIFT)}
-    put = question(rig="rigid_probe", constants=asked)
+    put = question(rig=RIGID_PROBE, constants=asked)
     # A free place of touch would be one with a free zero of the force.
     composition = _composition(free_zero=CONTACT_NAME not in known)
     rig = dict(put.instrument.constants or {})
@@ -241,7 +241,7 @@ def _composition(free_zero: bool) -> Composition:
     from tissue_probe.physics.effects import EFFECTS
 
     names = (DELAY, DRIFT) if free_zero else (DELAY,)
-    return Composition(RIGS["rigid_probe"], effects=tuple(EFFECTS[name] for name in names))
+    return Composition(RIGID_PROBE, effects=tuple(EFFECTS[name] for name in names))
 
 
 def _fit(

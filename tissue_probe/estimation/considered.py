@@ -13,7 +13,13 @@ first 0 and I),
                  X <- X + K nu + V g nu,  nu = y - h(X, c + sd d)
 
 This is the extended filter whose state is augmented by the constants, without process noise, its
-covariance [P + V M V^T, V M; M V^T, M] kept in factors. Its innovations are white, and so all tests
+covariance [P + V M V^T, V M; M V^T, M] kept in factors. Of M a root is kept, M = L L^T, by J. E.
+Potter's update (R. H. Battin, Astronautical Guidance, 1964), so that no rounding makes it one that
+no numbers have:
+
+    f = L^T s^T,  L <- L - L f f^T / (S (1 + sqrt(1 - f^T f / S)))
+
+Its innovations are white, and so all tests
 of them hold as they are. What fades or is opened anew is P, the tissue's: a rig does not change.
 
 The first samples tell much of all unknowns together, by tangents that are taken at a wild mean:
@@ -32,6 +38,8 @@ from tissue_probe.physics.rigs.constants import CONTACT_POSITION
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
+
+    import sympy as sp
 
     from tissue_probe.estimation.equations import Filter
     from tissue_probe.estimation.settings import EstimatorSettings
@@ -60,8 +68,10 @@ def considered(settings: EstimatorSettings, force_offset: bool) -> tuple[str, ..
 
 def begin(filter: Filter) -> None:
     """Know of the constants what was stated, and hold it at first."""
+    import sympy as sp  # only where a kernel has to be generated: it takes half a second
+
     q = len(filter.considered)
-    filter.store_considered(V=0 * filter.V, d=0 * filter.d, M=filter.M**0 if q else filter.M)
+    filter.store_considered(V=0 * filter.V, d=0 * filter.d, L=sp.eye(q))
     filter.program.store("memory", filter.layout.passes, [0.0])
 
 
@@ -100,22 +110,25 @@ def predict(filter: Filter) -> None:
 
 def update(filter: Filter) -> None:
     """Take in an innovation, given with its whole variance; leave to the filter its own part."""
-    import sympy as sp  # only where a kernel has to be generated: it takes half a second
+    import sympy as sp
 
-    s, P, H, M = filter.seen, filter.P, filter.H, filter.M
+    s, P, H = filter.seen, filter.P, filter.H
     innovation, S, program = filter.innovation, filter.S, filter.program
     own = program.let("S_own", (H * P * H.T)[0] + filter.R)
     K = filter.let("K_own", P * H.T / own)
-    Ms = filter.let("Ms", M * s.T)
+    f = filter.let("f", (s * filter.L).T)
+    Lf = filter.let("Lf", filter.L * f)
     (passes,) = program.load("memory", filter.layout.passes, ["passes"])
     (share,) = program.variables("share", [1 / S])
     program.line(f"if {passes} < {PASSES}: {share} = 0.0")
-    gain = filter.let("gain", share * Ms)
+    gain = filter.let("gain", share * Lf)
+    part = sp.sqrt(sp.Max(0, 1 - share * (f.T * f)[0]))
+    L = filter.L - Lf * f.T * share / (1 + part)
     V = filter.let("V", filter.V - K * s)
     d = filter.d + gain * innovation
     d = filter.let("d", d.applyfunc(lambda each: sp.Max(-FARTHEST, sp.Min(FARTHEST, each))))
     correction = filter.let("correction", d - filter.d)
-    filter.store_considered(V=V, d=d, M=M - gain * Ms.T)
+    filter.store_considered(V=V, d=d, L=L)
     filter.X = filter.let("shifted", filter.X + V * correction)
     filter.S = own
 
@@ -129,3 +142,43 @@ def begin_to_learn(filter: Filter) -> None:
     program.line("reopen_tissue(constants, memory)")
     program.end()
     program.end()
+
+
+def is_bounded(filter: Filter) -> list[sp.Symbol]:
+    """Return whether the constants' errors shift no state beyond its ceiling; of NaN they do."""
+    import sympy as sp
+
+    bounded = sp.Symbol("bounded")
+    filter.program.line(f"{bounded} = True")
+    if filter.considered:
+        variances, ceilings = _shifts(filter), filter.per_state("largest_variance")
+        for variance, ceiling in zip(variances, ceilings, strict=True):
+            filter.program.line(f"{bounded} &= {variance} <= {ceiling}")
+    return [bounded]
+
+
+def bound(filter: Filter) -> None:
+    """Scale the rows of V that are beyond; where numbers overflowed, start again."""
+    import sympy as sp
+
+    program = filter.program
+    if not filter.considered:
+        program.line("pass")
+        return
+    everything = sum([*filter.V, *filter.d, *filter.L], sp.Integer(0))
+    whole = program.let("whole", everything)
+    program.begin(f"if not abs({whole}) < math.inf:")
+    program.line("start(constants, memory)")
+    program.line("return")
+    program.end()
+    variances, ceilings = _shifts(filter), filter.per_state("largest_variance")
+    shares = [c / v for c, v in zip(ceilings, variances, strict=True)]
+    scale = filter.let("scale", sp.Matrix([sp.sqrt(sp.Min(1, share)) for share in shares]))
+    filter.store_considered(V=sp.diag(*scale) * filter.V)
+
+
+def _shifts(filter: Filter) -> list[sp.Symbol]:
+    """Return the variances by which the constants' errors shift the states."""
+    VL = filter.let("VL", filter.V * filter.L)
+    rows = [VL[i, :] for i in range(VL.rows)]
+    return [filter.program.let("shift", (row * row.T)[0]) for row in rows]

@@ -34,9 +34,9 @@ class Filter:
         ``weigh`` returned them.
     considered : Matrix of symbols, shape (q, 1)
         The constants that are known roughly (``considered``), q of them.
-    V, d, M : Matrix, shape (n, q), (q, 1), (q, q)
-        Change of the mean with the constants' errors, mean and covariance of these errors; all in
-        their standard deviations.
+    V, d, L : Matrix, shape (n, q), (q, 1), (q, q)
+        Change of the mean with the constants' errors, mean of these errors, and a root of their
+        covariance M = L L^T; all in their standard deviations.
 
     With ``given`` the mean is not read from the filter's memory: it is the function's arguments.
     From ``workspace`` on the memory is free for intermediate results.
@@ -77,7 +77,7 @@ class Filter:
         self.innovation = sp.Symbol("innovation", real=True)
 
     def _load_considered(self) -> None:
-        """Read V, d, M and the standard deviations."""
+        """Read V, d, L and the standard deviations."""
         layout, n = self.layout, len(self.layout.states)
         names = layout.considered
         q = len(names)
@@ -87,12 +87,11 @@ class Filter:
         place, load = layout.considering, self.program.load
         V = load("memory", place, [f"V{i}_{j}" for i in range(n) for j in range(q)])
         d = load("memory", place + n * q, [f"d{j}" for j in range(q)])
-        upper = [(i, j) for i in range(q) for j in range(i, q)]
-        M = load("memory", place + n * q + q, [f"M{i}_{j}" for i, j in upper])
+        L = load("memory", place + n * q + q, [f"L{i}_{j}" for i in range(q) for j in range(q)])
         self.V, self.d = sp.Matrix(n, q, V), sp.Matrix(q, 1, d)
         for name, deviation, departure in zip(names, self._deviations, d, strict=True):
             self.program.line(f"{name} += {deviation} * {departure}")
-        self.M = sp.Matrix(q, q, lambda i, j: M[upper.index((min(i, j), max(i, j)))])
+        self.L = sp.Matrix(q, q, L)
 
     def _deviation(self, name: str) -> sp.Expr:
         """Return the standard deviation of a constant."""
@@ -158,7 +157,8 @@ class Filter:
         own = (self.H * self.P * self.H.T)[0] + noise
         if not self.considered:
             return own
-        return own + (self.seen * self.M * self.seen.T)[0]
+        root = self.seen * self.L
+        return own + (root * root.T)[0]
 
     def let(self, name: str, value: sp.Matrix) -> sp.Matrix:
         """Give a matrix a name: it is computed once, here."""
@@ -225,9 +225,9 @@ class Filter:
         self.program.store("memory", size, [P[i, j] for i in range(size) for j in range(i, size)])
 
     def store_considered(
-        self, V: sp.Matrix | None = None, d: sp.Matrix | None = None, M: sp.Matrix | None = None
+        self, V: sp.Matrix | None = None, d: sp.Matrix | None = None, L: sp.Matrix | None = None
     ) -> None:
-        """Keep what changed of V, d and M."""
+        """Keep those of V, d and L that have changed."""
         if not self.considered:
             return
         n, q = self.V.shape
@@ -236,10 +236,8 @@ class Filter:
             self.program.store("memory", place, list(self.let("V", V)))
         if d is not None:
             self.program.store("memory", place + n * q, list(self.let("d", d)))
-        if M is not None:
-            M = self.program.let_symmetric("M", M)
-            upper = [M[i, j] for i in range(q) for j in range(i, q)]
-            self.program.store("memory", place + n * q + q, upper)
+        if L is not None:
+            self.program.store("memory", place + n * q + q, list(self.let("L", L)))
 
     def motion(self, derivatives: bool) -> Step:
         """Advance the model's states by one sample; derivatives are by the constants, too."""

@@ -89,6 +89,8 @@ def source(model: Model, discretisation: str, layout: Layout, equations: ModuleT
             lambda filter: _update(filter, equations),
         ),
         function("reopen_tissue(constants, memory)", considered.reopen_tissue),
+        function("is_bounded(constants, memory)", considered.is_bounded),
+        function("bound(constants, memory)", considered.bound),
         function("told(constants, memory)", _told),
         function("inflate(constants, memory, factor, offset_factor)", _inflate),
         f"@njit({OPTIONS})\n{inspect.getsource(equations.weigh)}",
@@ -188,8 +190,8 @@ def _told(filter: Filter) -> list[sp.Expr]:
     k, beta = names.index("stiffness"), names.index("damping")
     X, P = filter.X, filter.P
     if filter.considered:
-        VM = filter.let("VM", filter.V * filter.M)
-        P += VM * filter.V.T
+        VL = filter.let("VL", filter.V * filter.L)
+        P += VL * VL.T
     trace = sp.Symbol("trace")
     filter.program.line(f"{trace} = 0.0")
     for i in range(len(names)):

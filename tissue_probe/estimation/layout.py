@@ -136,16 +136,15 @@ class Layout:
 
     @property
     def considering(self) -> int:
-        """Place in ``memory`` of V, d, M of the considered constants (see ``Filter``)."""
+        """Place in ``memory`` of V, d, L of the considered constants (see ``Filter``)."""
         return self.verdict + VERDICT_SIZE + len(self.extra)
 
     def by_constants(self, memory: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return V M V^T, the covariance that is due to considered constants, shape (n, n)."""
         n, q, place = len(self.states), len(self.considered), self.considering
         V = memory[place : place + n * q].reshape(n, q)
-        M = np.zeros((q, q))
-        M[np.triu_indices(q)] = memory[place + n * q + q : self.passes]
-        return V @ (M + np.triu(M, 1).T) @ V.T
+        VL = V @ memory[place + n * q + q : self.passes].reshape(q, q)
+        return np.asarray(VL @ VL.T)
 
     @property
     def passes(self) -> int:
@@ -161,7 +160,7 @@ class Layout:
     def size(self) -> int:
         """Length of ``memory``, without the equations' intermediate results."""
         q = len(self.considered)
-        return self.considering + q * len(self.states) + q + q * (q + 1) // 2 + 1
+        return self.considering + q * len(self.states) + q + q * q + 1
 
     def constants(self, settings: EstimatorSettings, sample_period: float) -> NDArray[np.float64]:
         """Return the array ``constants`` for given settings and sample period [s]."""

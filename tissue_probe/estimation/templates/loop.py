@@ -3,10 +3,10 @@
 
 Never imported: this text becomes part of each generated kernel module, which supplies ``start``,
 ``reopen``, ``predict``, ``expected``, ``output``, ``update``, ``told``, ``cap``,
-``true_position`` and ``tick``, all from symbols, the estimator's ``weigh``, the rig's ``take_in``
-and ``noise`` (``past_inputs`` or ``windows``), and the names in capitals: places in ``constants``
-and in ``memory``. All that a filter knows is in ``memory``, so that cutting the stream into blocks
-of any size cannot change a bit of the estimates.
+``is_bounded``, ``bound``, ``true_position`` and ``tick``, all from symbols, the estimator's
+``weigh``, the rig's ``take_in`` and ``noise`` (``past_inputs`` or ``windows``), and the names in
+capitals: places in ``constants`` and in ``memory``. All that a filter knows is in ``memory``, so
+that cutting the stream into blocks of any size cannot change a bit of the estimates.
 """
 
 
@@ -17,7 +17,7 @@ def keep_sound(constants, memory):
     Without a cap the covariance of a fading filter grows for ever in a direction that is not
     excited. Written so that a NaN counts as out of bounds.
     """
-    sound = is_definite(constants, memory)
+    sound = is_definite(constants, memory) and is_bounded(constants, memory)
     for state in range(STATES):
         mean, variance = memory[state], memory[DIAGONAL[state]]
         prior = constants[PRIOR_VARIANCE + state]
@@ -41,6 +41,7 @@ def repair(constants, memory):
         if not math.isfinite(memory[index]):
             start(constants, memory)
             return
+    bound(constants, memory)
     for state in range(STATES):
         memory[state] = min(max(memory[state], constants[LOWER + state]), constants[UPPER + state])
         floor = FLOOR * constants[PRIOR_VARIANCE + state]
