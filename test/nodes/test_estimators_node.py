@@ -53,10 +53,14 @@ def test_estimators_that_share_a_process_say_bit_for_bit_what_they_say_alone(ses
     dwell = PalpationSite(10**18 + 10**9 + 123, 0, (0.0, 0.0, 0.0), Phase.DWELL)
     for publisher in sites:
         publisher.publish(site_to_message(dwell, "stage"))
-    for first in range(0, 4000, 10):
-        for publisher in samples:
-            publisher.publish(samples_to_message(whole[first : first + 10], "probe"))
-    running.wait_until(lambda: all(len(each) == 400 for each in found.values()), "all estimates")
+    # The site's announcement must be there before the samples that it is for.
+    for half, due in ((range(0, 2000, 10), 200), (range(2000, 4000, 10), 400)):
+        for first in half:
+            for publisher in samples:
+                publisher.publish(samples_to_message(whole[first : first + 10], "probe"))
+        running.wait_until(
+            lambda due=due: all(len(each) == due for each in found.values()), "all estimates"
+        )
     for name in TOGETHER:
         assert found["probe", name] == found["alone", name]
         assert found["probe", name][-1].stiffness == pytest.approx(tissue, rel=0.02)
