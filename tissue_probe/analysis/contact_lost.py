@@ -22,12 +22,13 @@ from tissue_probe.errors import MeasurementError
 from tissue_probe.quantities import SIDE
 from tissue_probe.signals import BoolArray
 
-#: Out of contact in more of the samples than this, the rest is no motion any more.
+#: Out of contact in more of the samples than this, the recording is mostly not of the tissue.
 MOST = 0.5
 #: Shares of the travel at which the search for a touch begins: cost has a valley about each.
 TOUCHES = np.arange(0.1, 0.95, 0.1)
-#: In the air the force does not go with the position: by no more than so many deviations, and these
-#: are less than this share of the tissue's stiffness. A tissue that is softer there is told apart.
+#: In the air the force does not go with the position: its slope is 0 within so many deviations,
+#: which chance exceeds in .3 % of records, and these are less than this share of the tissue's
+#: stiffness. A tissue that is softer there, by less than four times, is so told apart from the air.
 CERTAIN, SOFTER = 3.0, 0.25
 MAY_LEAVE = (
     "Below {:.4g} mm the tip may be out of contact, or the tissue softer: press deeper, or let "

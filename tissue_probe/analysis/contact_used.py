@@ -53,7 +53,7 @@ class AdmittanceResult(Alike):
     gains : Gains
         The admittance and its margins.
     yaml : str
-        The controller's parameters, with what they were made of as comments.
+        The controller's parameters, with contacts and margins as comments.
     """
 
     gains: gains_of.Gains

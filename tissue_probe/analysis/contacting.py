@@ -61,9 +61,9 @@ class ContactResult(Alike):
     fit : Fit
         The model with all its values.
     to_tell : tuple of str
-        What would tell the numbers that are not told, in sentences.
+        Sentences that name the motion or the value by which the other numbers would be told.
     notes : tuple of str
-        How the samples were read, their faults, and what was left out.
+        How the samples were read, their faults, and which samples were left out.
     """
 
     contact: Contact
@@ -81,7 +81,7 @@ class ContactResult(Alike):
         """The answer in words."""
         lines = [VERDICTS[self.verdict]]
         if self.verdict == "missing":
-            lines.append("`tissue_probe diagnose` says what it is.")
+            lines.append("`tissue_probe diagnose` names the missing effect.")
         lines += [f"To tell the rest: {sentence}." for sentence in self.to_tell]
         deviations = self.fit.deviations()
         for entry in self.fit.entries:
@@ -206,7 +206,7 @@ def _known(
 
 
 def _of_sensor(path: str | Path) -> dict[str, Uncertain]:
-    """Return what a model of the force sensor knows, with the standard deviations."""
+    """Return mass, delay and drift of a sensor's model, each with its standard deviation."""
     found = load_file(path)
     # The file's axes are those of the sensor: along any the drift is no faster than in all.
     drift = np.sqrt(np.sum(found.rate[:3] ** 2) + np.max(found.drift_covariance[:3, 1, 1]))

@@ -30,13 +30,13 @@ def main() -> None:
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # meant for who asks
     question = pickle.load(sys.stdin.buffer)
     try:
-        answer: Verdict | str = answered(question)
+        answer: Verdict | str = answer_question(question)
     except (TissueProbeError, OSError) as error:
         answer = sentence(error)
     pickle.dump(answer, sys.stdout.buffer)
 
 
-def answered(question: Question) -> Verdict:
+def answer_question(question: Question) -> Verdict:
     """Diagnose the samples of a question.
 
     Raises

@@ -8,7 +8,7 @@ from typing import Annotated
 
 import typer
 
-from tissue_probe.cli.arguments import in_a_folder
+from tissue_probe.cli.arguments import output_file
 
 Contacts = Annotated[
     list[Path],
@@ -67,12 +67,7 @@ def admittance(
     node: Annotated[
         str, typer.Option(metavar="NAME", help="Name of the controller.")
     ] = "admittance_controller",
-    output: Annotated[
-        Path,
-        typer.Option(
-            "--output", "-o", metavar="FILE", callback=in_a_folder, help="YAML file to write."
-        ),
-    ] = Path("admittance.yaml"),
+    output: Annotated[Path, output_file("YAML file to write.")] = Path("admittance.yaml"),
 ) -> None:
     """Choose an admittance's gains for a contact.
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
@@ -36,6 +36,11 @@ def picture(path: Path) -> Path | None:
     return in_a_folder(path)
 
 
+def output_file(help: str) -> Any:
+    """Return the option ``--output`` of a file that is to be written; Typer has no type for it."""
+    return typer.Option("--output", "-o", metavar="FILE", callback=in_a_folder, help=help)
+
+
 Bag = Annotated[
     Path,
     typer.Argument(
@@ -43,16 +48,7 @@ Bag = Annotated[
     ),
 ]
 
-Table = Annotated[
-    Path,
-    typer.Option(
-        "--output",
-        "-o",
-        metavar="FILE",
-        callback=in_a_folder,
-        help="Table to write: .csv or .parquet; replaced if there.",
-    ),
-]
+Table = Annotated[Path, output_file("Table to write: .csv or .parquet; replaced if there.")]
 
 EffectFiles = Annotated[
     list[Path] | None,

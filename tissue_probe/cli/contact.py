@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from tissue_probe.cli import measured
-from tissue_probe.cli.arguments import in_a_folder
+from tissue_probe.cli.arguments import output_file
 from tissue_probe.cli.asked import Json, constants, uncertain, write_json
 from tissue_probe.cli.groups import add_groups
 from tissue_probe.cli.options_named import with_options
@@ -48,14 +48,7 @@ def contact(
         ),
     ] = None,
     output: Annotated[
-        Path,
-        typer.Option(
-            "--output",
-            "-o",
-            metavar="FILE",
-            callback=in_a_folder,
-            help="YAML file of the contact, for the commands admittance and mujoco.",
-        ),
+        Path, output_file("YAML file of the contact, for the commands admittance and mujoco.")
     ] = Path("contact.yaml"),
     json: Json = None,
 ) -> None:

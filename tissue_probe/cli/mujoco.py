@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from tissue_probe.cli.arguments import in_a_folder
+from tissue_probe.cli.arguments import output_file
 
 
 def mujoco(
@@ -17,16 +17,9 @@ def mujoco(
     model: Annotated[Path, typer.Option(metavar="FILE", help="Your model, in MJCF.")],
     tip: Annotated[str, typer.Option(metavar="GEOM", help="Name of the tip's geom.")],
     tissue: Annotated[str, typer.Option(metavar="GEOM", help="Name of the tissue's geom.")],
-    output: Annotated[
-        Path,
-        typer.Option(
-            "--output",
-            "-o",
-            metavar="FILE",
-            callback=in_a_folder,
-            help="MJCF file to write, which your model includes.",
-        ),
-    ] = Path("contact.xml"),
+    output: Annotated[Path, output_file("MJCF file to write, which your model includes.")] = Path(
+        "contact.xml"
+    ),
 ) -> None:
     """Give geoms in MuJoCo a measured contact.
 

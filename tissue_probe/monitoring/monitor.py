@@ -11,7 +11,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from tissue_probe.monitoring.settings import MonitorSettings
-from tissue_probe.monitoring.tested_model import TestedModel, tested_model
+from tissue_probe.monitoring.tested_model import TestedModel, load_tested_model
 from tissue_probe.monitoring.window_test import Tested, WindowTest
 from tissue_probe.signals import PalpationSite, Phase, SampleBlock
 
@@ -39,7 +39,7 @@ class Monitor:
 
     def __init__(self, settings: MonitorSettings) -> None:
         self.settings = settings
-        self.model: TestedModel = tested_model(settings)
+        self.model: TestedModel = load_tested_model(settings)
         self.untested = ""
         self._test = WindowTest(self.model, settings)
         self._blocks: deque[SampleBlock] = deque()
@@ -72,7 +72,7 @@ class Monitor:
 
     def last(self) -> SampleBlock | None:
         """Return the last samples of the present dwell, at most ``kept`` seconds; None without."""
-        return _joined(self._blocks) if self._blocks else None
+        return _join_blocks(self._blocks) if self._blocks else None
 
     def _restart(self) -> None:
         self._blocks.clear()
@@ -109,7 +109,7 @@ class Monitor:
         if self._fresh < step or self._count < window:
             return None
         self._fresh = 0
-        whole = _joined(self._blocks)
+        whole = _join_blocks(self._blocks)
         begin = len(whole) - window
         stamp = whole.stamp + round(1e9 * begin * period)
         return self._test.test(stamp, whole.position[begin:], whole.force[begin:], period)
@@ -120,7 +120,7 @@ def _goes_on(before: SampleBlock, block: SampleBlock) -> bool:
     return alike and block.sequence == before.sequence + len(before)
 
 
-def _joined(blocks: Sequence[SampleBlock]) -> SampleBlock:
+def _join_blocks(blocks: Sequence[SampleBlock]) -> SampleBlock:
     first = blocks[0]
     channels = (
         np.concatenate([getattr(block, name) for block in blocks])

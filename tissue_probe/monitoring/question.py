@@ -1,4 +1,4 @@
-"""What a diagnosis is asked, and what it answers: plain values, to pass between processes.
+"""The question to a diagnosis, and its answer: plain values, to pass between processes.
 
 Contents: question and answer.
 """
@@ -56,7 +56,7 @@ class Verdict:
     unseen : tuple of str
         Effects that these samples could not have shown.
     experiment : str
-        What to record next; empty if nothing.
+        The recording that would tell more; empty if none.
     text : str
         The verdict in sentences.
     proposed_model : str

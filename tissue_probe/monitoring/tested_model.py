@@ -38,7 +38,7 @@ class TestedModel:
     __test__ = False
 
 
-def tested_model(settings: MonitorSettings) -> TestedModel:
+def load_tested_model(settings: MonitorSettings) -> TestedModel:
     """Return the model that the settings name, compiled.
 
     Every parameter of tissue and effects is searched for anew in each window, so the values of a
@@ -62,7 +62,7 @@ def tested_model(settings: MonitorSettings) -> TestedModel:
     rig = composition.rig
     constants = rig.known
     if settings.calibration_file:
-        constants = _calibrated(rig.known, _calibration(settings.calibration_file))
+        constants = _apply_calibration(rig.known, _load_calibration(settings.calibration_file))
     elif settings.model:
         constants = {
             name: (values.get(name, value), deviation)
@@ -72,14 +72,14 @@ def tested_model(settings: MonitorSettings) -> TestedModel:
     return TestedModel(composition, values, Instrument(rig, constants, free_touch=True))
 
 
-def _calibration(path: str) -> Calibration:
+def _load_calibration(path: str) -> Calibration:
     try:
         return Calibration.load(path)
     except ValueError as error:
         raise SettingsError(f"calibration_file: {error}") from None
 
 
-def _calibrated(
+def _apply_calibration(
     known: Mapping[str, tuple[float, float]], calibration: Calibration
 ) -> dict[str, tuple[float, float]]:
     """Return a rig's constants as a calibration has them, with its own errors where it tells them.

@@ -105,7 +105,7 @@ class WindowTest:
     Parameters
     ----------
     model : TestedModel
-        What is tested.
+        The model whose residual is tested.
     settings : MonitorSettings
         Band, and the chance at which a window is rejected.
     """
@@ -195,7 +195,7 @@ class _Search:
             step, promised = self._step(self.at, damping)
             if not promised > SETTLED:
                 break
-            there = self._moved(step)
+            there = self._move(step)
             if self.cost(there) < cost:
                 self.at, damping = there, damping / DAMPED
             else:
@@ -229,7 +229,7 @@ class _Search:
         cosines = dct(residual, norm="ortho")
         return _Place(values, start, cosines, dct(sensitivity, axis=0, norm="ortho")[self._below])
 
-    def _moved(self, step: FloatArray) -> _Place:
+    def _move(self, step: FloatArray) -> _Place:
         states, problem = self.problem.states, self.problem
         moved = np.clip(self.at.values + step[states:], problem.lower, problem.upper)
         return self._place(moved, self.at.start + step[:states])
@@ -248,7 +248,7 @@ class _Search:
         gradient[drawn] += self._departure(at.values) / problem.deviation[problem.drawn]
         free = np.concatenate([np.ones(states, bool), problem.free & self._may_move(gradient)])
         step = np.zeros(free.size)
-        step[free] = _solved(normal[np.ix_(free, free)], gradient[free], damping)
+        step[free] = _solve_damped(normal[np.ix_(free, free)], gradient[free], damping)
         return step, float(gradient @ step)
 
     def _may_move(self, gradient: FloatArray) -> BoolArray:
@@ -300,7 +300,7 @@ def _flicker(count: int, level: float) -> FloatArray:
     return weights**-2.0 - 1.0
 
 
-def _solved(normal: FloatArray, gradient: FloatArray, damping: float) -> FloatArray:
+def _solve_damped(normal: FloatArray, gradient: FloatArray, damping: float) -> FloatArray:
     """Solve the normal equations, scaled, and damped as Marquardt did."""
     scale = np.sqrt(np.maximum(np.diag(normal), np.finfo(float).tiny))
     scaled = normal / np.multiply.outer(scale, scale)

@@ -9,7 +9,6 @@ the interpreter stops the loop with it, the tip in the tissue.
 
 from __future__ import annotations
 
-import os
 import pickle
 import subprocess
 import sys
@@ -18,7 +17,7 @@ from collections.abc import Callable
 from concurrent.futures import Future
 from typing import Any
 
-from tissue_probe.nodes.live_posterior import NICENESS
+from tissue_probe.nodes.low_priority import lower_priority
 
 _MODULE = "tissue_probe.mapping.exploration.worker"
 
@@ -30,8 +29,7 @@ class DecisionProcess:
         self._process = subprocess.Popen(
             [sys.executable, "-m", _MODULE], stdin=subprocess.PIPE, stdout=subprocess.PIPE
         )
-        if hasattr(os, "setpriority"):
-            os.setpriority(os.PRIO_PROCESS, self._process.pid, NICENESS)
+        lower_priority(self._process.pid)
         self._asked: dict[int, Future[Any]] = {}
         self._number = 0
         self._lock = threading.Lock()

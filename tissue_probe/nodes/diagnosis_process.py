@@ -15,7 +15,7 @@ from tempfile import TemporaryFile
 from typing import IO
 
 from tissue_probe.monitoring.question import Question, Verdict
-from tissue_probe.nodes.live_posterior import NICENESS
+from tissue_probe.nodes.low_priority import lower_priority
 
 _MODULE = "tissue_probe.analysis.monitored"
 
@@ -44,12 +44,11 @@ class DiagnosisProcess:
             pickle.dump(question, asked)
             asked.seek(0)
             self._told = files.enter_context(TemporaryFile())
-            self._process = _started(asked, self._told)
+            self._process = _start_process(asked, self._told)
             self._files = files.pop_all()
         self._begun = time.monotonic()
         self.pid = self._process.pid
-        if hasattr(os, "setpriority"):
-            os.setpriority(os.PRIO_PROCESS, self.pid, NICENESS)
+        lower_priority(self.pid)
 
     @property
     def seconds(self) -> float:
@@ -86,7 +85,7 @@ class DiagnosisProcess:
         self._files.close()
 
 
-def _started(asked: IO[bytes], told: IO[bytes]) -> subprocess.Popen[bytes]:
+def _start_process(asked: IO[bytes], told: IO[bytes]) -> subprocess.Popen[bytes]:
     return subprocess.Popen(
         [sys.executable, "-m", _MODULE],
         stdin=asked,

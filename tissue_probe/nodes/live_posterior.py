@@ -8,7 +8,6 @@ minute: meanwhile estimates have to be taken and verdicts published.
 
 from __future__ import annotations
 
-import os
 import threading
 from collections.abc import Sequence
 from dataclasses import replace
@@ -19,6 +18,7 @@ import numpy as np
 from tissue_probe.errors import TissueProbeError
 from tissue_probe.mapping.site_result import SiteResult, sites_of
 from tissue_probe.mapping.sites import Sites
+from tissue_probe.nodes.low_priority import lower_priority
 
 if TYPE_CHECKING:
     from tissue_probe.mapping.lift import Lift
@@ -26,8 +26,6 @@ if TYPE_CHECKING:
 
 #: How long the end of a node waits for a map; a compilation takes longer [s].
 _PATIENCE = 1.0
-#: The map waits for measurements: the thread's priority is so much lower.
-NICENESS = 10
 
 
 class Posterior(NamedTuple):
@@ -76,8 +74,7 @@ class LivePosterior:
         self._thread.join(_PATIENCE)
 
     def _run(self) -> None:
-        if hasattr(os, "setpriority"):
-            os.setpriority(os.PRIO_PROCESS, threading.get_native_id(), NICENESS)
+        lower_priority(threading.get_native_id())  # the map waits for measurements
         # Here, since it takes seconds to import: the node is there before.
         from tissue_probe.mapping.chart import Chart
         from tissue_probe.mapping.posterior.posterior_map import map_of

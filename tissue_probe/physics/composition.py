@@ -29,6 +29,7 @@ if TYPE_CHECKING:
 
 #: Sources that a kernel depends on besides its effects, whose text is part of its name.
 SOURCES = (
+    "physics/above.py",
     "physics/coil_course.py",
     "physics/effects/effect.py",
     "physics/llvm_code.py",

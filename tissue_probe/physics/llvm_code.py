@@ -18,7 +18,7 @@ from llvmlite import ir
 from sympy.printing.printer import Printer
 
 from tissue_probe.errors import TissueProbeError
-from tissue_probe.physics.tabulated import Above
+from tissue_probe.physics.above import Above
 
 NUMBER, COUNT = ir.DoubleType(), ir.IntType(64)
 ARRAY = ir.PointerType(NUMBER)

@@ -28,7 +28,7 @@ PARTS = 25
 
 
 @dataclass(frozen=True, eq=False)
-class Tried:
+class FittedShape:
     """A model with a learnt shape's effect.
 
     Attributes
@@ -52,9 +52,9 @@ class Tried:
         return self.leaves_noise and self.carries_over
 
 
-def tried(
+def fit_shape(
     text: str, beside: Fit, instrument: Instrument, second: Sequence[Measurement] = ()
-) -> Tried | None:
+) -> FittedShape | None:
     """Fit a model with a learnt shape's effect; None where no search leads to a fit.
 
     The shape was learnt along a path, to first order: here the tip moves as the effect lets it.
@@ -77,7 +77,7 @@ def tried(
     for fit in fit_candidates(beside, effects, instrument):
         moved = carry_model(fit.composition, fit.named(), second, instrument) if second else None
         carries = not second or (moved is not None and _left(fit, moved) <= FAR_RATIO)
-        return Tried(fit, _leaves_noise(fit), carries)
+        return FittedShape(fit, _leaves_noise(fit), carries)
     return None
 
 

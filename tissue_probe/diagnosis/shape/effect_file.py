@@ -57,7 +57,7 @@ def effect_text(found: FoundShape) -> str:
     MeasurementError
         If no shape is claimed, or the motion cannot tell it from another.
     """
-    text = written(found.learnt, found.formula) if found.accepted and found.told else None
+    text = write_effect(found.learnt, found.formula) if found.accepted and found.told else None
     if text is None:
         raise MeasurementError(
             "no shape of the missing force is claimed, so that no effect can be made of it: record "
@@ -66,7 +66,7 @@ def effect_text(found: FoundShape) -> str:
     return text
 
 
-def written(learnt: Shape, formula: Formula | None = None) -> str | None:
+def write_effect(learnt: Shape, formula: Formula | None = None) -> str | None:
     """Return the file of a formula, or of tables; None for variables that no effect is made of."""
     if formula is not None:
         return _of_formula(formula)

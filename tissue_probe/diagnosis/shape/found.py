@@ -12,9 +12,9 @@ from tissue_probe.diagnosis.fitting.fit import Fit
 from tissue_probe.diagnosis.observation.instrument import Instrument
 from tissue_probe.diagnosis.observation.measurement import Measurement
 from tissue_probe.diagnosis.shape.choice import Choice
-from tissue_probe.diagnosis.shape.confirmed import Tried, tried
+from tissue_probe.diagnosis.shape.confirmed import FittedShape, fit_shape
 from tissue_probe.diagnosis.shape.curve import curve
-from tissue_probe.diagnosis.shape.effect_file import written
+from tissue_probe.diagnosis.shape.effect_file import write_effect
 from tissue_probe.diagnosis.shape.formula import Formula, formula
 from tissue_probe.diagnosis.shape.free_functions import VARIABLES, in_order
 from tissue_probe.diagnosis.shape.learnt_curve import Curve
@@ -51,7 +51,7 @@ class FoundShape:
         The model.
     learnt : Shape
         The functions.
-    as_effect : Tried or None
+    as_effect : FittedShape or None
         The model with an effect of them; None where the functions leave more than noise, or no
         effect can be made of them.
     formula : Formula or None
@@ -64,7 +64,7 @@ class FoundShape:
     rivals: tuple[tuple[str, ...], ...]
     fit: Fit
     learnt: Shape
-    as_effect: Tried | None = None
+    as_effect: FittedShape | None = None
     formula: Formula | None = None
 
     @property
@@ -75,15 +75,15 @@ class FoundShape:
     @property
     def ratio(self) -> float:
         """Residual over the noise: of the effect, if it was tried; else of the functions."""
-        tried = self.as_effect
-        return tried.fit.ratio if tried else self.learnt.choice.best.ratio
+        fitted = self.as_effect
+        return fitted.fit.ratio if fitted else self.learnt.choice.best.ratio
 
     @property
     def heldout(self) -> float:
         """The same of parts that are held out."""
-        tried = self.as_effect
+        fitted = self.as_effect
         best = self.learnt.choice.best
-        return tried.fit.heldout_rmse / tried.fit.noise if tried else best.heldout
+        return fitted.fit.heldout_rmse / fitted.fit.noise if fitted else best.heldout
 
     @property
     def told(self) -> bool:
@@ -139,8 +139,8 @@ def _confirmed(
         return found
     of_record = formula(found.learnt, instrument) if found.told else None
     for simple in dict.fromkeys((of_record, None)):
-        text = written(found.learnt, simple)
-        as_effect = tried(text, found.fit, instrument, second) if text else None
+        text = write_effect(found.learnt, simple)
+        as_effect = fit_shape(text, found.fit, instrument, second) if text else None
         found = replace(found, as_effect=as_effect, formula=simple)
         if found.accepted:
             break
