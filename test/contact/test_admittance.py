@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import json
+
 import numpy as np
 import pytest
 import yaml
@@ -112,6 +114,29 @@ def test_several_tissues_and_the_stiffest_of_a_map_count():
     assert known.admittance.damping == pytest.approx(both.admittance.damping, rel=0.01)
 
 
+def test_a_file_that_is_no_map_is_refused(tmp_path):
+    for content in ("{", "[]", "{}", '{"surface": {"mean": [[null]], "sd": [[null]]}}'):
+        path = tmp_path / "map.json"
+        path.write_text(content)
+        with pytest.raises(tp.TissueProbeError, match=r"map\.json"):
+            tp.design_admittance(contact(300.0), **STATED, stiffest=path)
+
+
+def test_a_map_tells_the_stiffest_place_by_itself_and_by_its_file(tmp_path):
+    x, y = (each.ravel() for each in np.meshgrid(np.arange(7) / 200.0, np.arange(7) / 200.0))
+    middle = np.hypot(x - 0.015, y - 0.015) < 0.006
+    k = np.where(middle, 2000.0, 500.0) * (1 + 0.01 * np.random.default_rng(4).standard_normal(49))
+    result = tp.map({"x": x, "y": y, "k": k, "k_sd": 0.01 * k})
+    path = tmp_path / "map.json"
+    path.write_text(json.dumps(result.to_dict()))
+    by_map, by_file = (
+        tp.design_admittance(contact(300.0), **STATED, stiffest=each).gains.stiffest
+        for each in (result, path)
+    )
+    assert by_file == by_map
+    assert 1800.0 < by_map < 3000.0
+
+
 def test_the_file_tells_the_error_of_the_model_the_range_and_the_margins():
     text = tp.design_admittance(contact(), **STATED).yaml
     head = [line for line in text.splitlines() if line.startswith("#")]
@@ -127,6 +152,8 @@ def test_the_file_tells_the_error_of_the_model_the_range_and_the_margins():
         ({"axes": ["w"]}, "`axes` is 'w'; give one of x, y"),
         ({"phase_margin": 90.0}, "`phase_margin` is 90.0"),
         ({"contacts": contact(deviation=0.8)}, "the stiffness of a contact is not told"),
+        ({"stiffest": -1.0}, "`stiffest` is -1.0; give a number"),
+        ({"stiffest": [900.0]}, "`stiffest` is of the type list"),
         ({"contacts": []}, "`contacts` is of the type list; give a contact, or several"),
         ({"contacts": "none.yaml"}, "none.yaml: No such file"),
     ],

@@ -9,15 +9,19 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from tissue_probe import arguments as take
 from tissue_probe.alike import Alike
 from tissue_probe.analysis.contacting import ContactResult
+from tissue_probe.analysis.stiffest import find_stiffest
 from tissue_probe.contact import admittance as gains_of
 from tissue_probe.contact import mujoco_pair
 from tissue_probe.contact.contact import Contact, load
 from tissue_probe.contact.loop import Admittance
+
+if TYPE_CHECKING:
+    from tissue_probe.analysis.mapping import MapResult
 
 Given = ContactResult | Contact | str | Path
 """A contact, as itself or by its file."""
@@ -78,7 +82,7 @@ class AdmittanceResult(Alike):
     stiffness=_bounded(gains_of.SPRINGS, "N/m"),
     delay=take.number(least=0.0, below=1.0, unit="s"),
     lag=take.number(least=0.0, below=10.0, unit="s"),
-    stiffest=take.optional(take.number(above=0.0, unit="N/m")),
+    stiffest=take.optional(find_stiffest),
     gain_margin=take.number(above=1.0, below=100.0),
     phase_margin=take.number(above=0.0, below=90.0, unit="degrees"),
     axes=take.several(take.choice(*gains_of.AXES), "axes"),
@@ -92,7 +96,7 @@ def design_admittance(
     stiffness: float,
     delay: float,
     lag: float = 0.0,
-    stiffest: float | None = None,
+    stiffest: float | MapResult | str | Path | None = None,
     gain_margin: float = 2.0,
     phase_margin: float = 45.0,
     axes: Sequence[str] = ("z",),
@@ -115,8 +119,9 @@ def design_admittance(
         half of the controller's periods [s].
     lag : float
         Time constant of the robot's position loop [s].
-    stiffest : float, optional
-        A stiffness that is known otherwise, such as the highest of a map [N/m].
+    stiffest : float, MapResult, or path, optional
+        A stiffness that is known otherwise [N/m]; or a map, as itself or by the file that
+        ``tissue_probe map --json`` writes: the highest upper end of its 95 % intervals.
     gain_margin, phase_margin : float
         By which factor the tissue may be stiffer, and by how much the loop may turn further
         [degrees] (K. Åström and R. Murray, Feedback Systems (2008), section 9.3: 2 to 5, 30 to 60).
@@ -134,13 +139,14 @@ def design_admittance(
     Raises
     ------
     TissueProbeError
-        If a file is no contact, its stiffness is not told, or no damping holds the margins.
+        If a file is no contact or no map, the stiffness is not told, or no damping holds the
+        margins.
     """
     tissues = _contacts("contacts", contacts)
     begun = Admittance(mass, damping=1.0, spring=stiffness, delay=delay, lag=lag)
-    gains = gains_of.design(
-        tissues, begun, gain_margin, math.radians(phase_margin), stiffest or 0.0
-    )
+    # The checks have made a number of a map.
+    highest = 0.0 if stiffest is None else find_stiffest("stiffest", stiffest)
+    gains = gains_of.design(tissues, begun, gain_margin, math.radians(phase_margin), highest)
     written = gains_of.text(gains, tissues, gains.parameters(axes, frame, node))
     return AdmittanceResult(gains, written)
 

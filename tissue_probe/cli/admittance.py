@@ -46,9 +46,10 @@ def admittance(
         float, typer.Option(metavar="SECONDS", help="Time constant of the robot's position loop.")
     ] = 0.0,
     stiffest: Annotated[
-        float | None,
+        str | None,
         typer.Option(
-            metavar="N/M", help="Stiffness that is known otherwise, as the highest of a map."
+            metavar="N/M or FILE",
+            help="Stiffness that is known otherwise; or a map, by the file of `map --json`.",
         ),
     ] = None,
     gain_margin: Annotated[
@@ -82,7 +83,7 @@ def admittance(
         stiffness=stiffness,
         delay=delay,
         lag=lag,
-        stiffest=stiffest,
+        stiffest=_number_or_file(stiffest),
         gain_margin=gain_margin,
         phase_margin=phase_margin,
         axes=[each.value for each in axis or [Axis.z]],
@@ -92,3 +93,10 @@ def admittance(
     result.save(output)
     print(result.text)
     print(f"The parameters are in {output}.")
+
+
+def _number_or_file(given: str | None) -> float | str | None:
+    try:
+        return None if given is None else float(given)
+    except ValueError:
+        return given
