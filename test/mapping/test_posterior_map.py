@@ -134,6 +134,17 @@ def test_the_same_sites_in_another_order_have_the_same_map():
     ]
 
 
+def test_sites_too_far_apart_for_the_raster_are_refused_before_the_chains_run(monkeypatch):
+    def run(*given):
+        raise AssertionError("chains run")
+
+    monkeypatch.setattr("tissue_probe.mapping.posterior.sampled.Chains.further", run)
+    x, y = grid(5)
+    x[0] = 90.0  # m: one of the millimetres of a careless table
+    with pytest.raises(ParameterError, match="if these are mm"):
+        map_of(sites(x, y, felt(x, y)))
+
+
 def test_a_raster_is_as_fine_as_asked():
     x, y = grid(5)
     surface = map_of(sites(x, y, felt(x, y)), raster=0.002).surface
@@ -254,9 +265,10 @@ def test_repeats_of_a_site_make_it_surer():
 @pytest.mark.parametrize(
     ("wrong", "message"),
     [
-        ({"raster": 0.0}, "raster is 0.0 m"),
+        ({"raster": 0.0}, "raster is 0 m"),
         ({"raster": float("nan")}, "raster is nan m"),
         ({"raster": 1e-6}, "make raster coarser"),
+        ({"raster": 5e-324}, "make raster coarser"),
         ({"contrast": 1.0}, "contrast is 1.0"),
     ],
 )

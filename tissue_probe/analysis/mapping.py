@@ -405,7 +405,7 @@ def map_sites(
         chart = Chart.of(sites)
         if area is not None:
             _check_near(area, sites, chart)
-        sampled = Sampled.of(chart.sites, area, outliers=outliers)
+        sampled = Sampled.of(chart.sites, area, outliers=outliers, raster=raster)
         found = read_out(sampled, chart.sites, raster=raster, contrast=contrast)
         placed = PlacedMap(chart.places, found)
         if pairs is not None:

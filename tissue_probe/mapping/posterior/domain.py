@@ -9,6 +9,7 @@ explained by an inclusion beside the true one. The surface is told near sites al
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -97,15 +98,20 @@ class Domain:
         Raises
         ------
         ParameterError
-            If it has too many cells.
+            If the step is not above 0 and finite, or the raster has too many cells.
         """
+        if not (math.isfinite(step) and step > 0.0):
+            raise ParameterError(f"raster is {step / _MM:g} m; it must be positive and finite")
         sides = self.box[1] - self.box[0], self.box[3] - self.box[2]
-        counts = [max(round(side / step), 2) + 1 for side in sides]
-        if counts[0] * counts[1] > _MOST_CELLS:
+        # Quotients of floats: they may be beyond every integer.
+        across, along = (max(float(side) / step, 2.0) for side in sides)
+        if not (across + 1.0) * (along + 1.0) <= _MOST_CELLS:
             raise ParameterError(
-                f"a raster of {step:g} mm has {counts[0]} x {counts[1]} cells here: make raster "
-                "coarser"
+                f"a raster of {step:g} mm has {across:.4g} x {along:.4g} cells over "
+                f"{sides[0] / _MM:.3g} x {sides[1] / _MM:.3g} m: make raster coarser, or give x "
+                "and y in m if these are mm"
             )
+        counts = round(across) + 1, round(along) + 1
         x = self.box[0] + step * np.arange(counts[0])
         y = self.box[2] + step * np.arange(counts[1])
         return x, y

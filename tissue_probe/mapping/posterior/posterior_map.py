@@ -75,17 +75,14 @@ def map_of(
     ParameterError
         If no site has a value, or a parameter is out of its range.
     """
-    return read_out(
-        Sampled.of(sites, within, outliers=outliers), sites, raster=raster, contrast=contrast
-    )
+    sampled = Sampled.of(sites, within, outliers=outliers, raster=raster)
+    return read_out(sampled, sites, raster=raster, contrast=contrast)
 
 
 def read_out(
     sampled: Sampled, sites: Sites, *, raster: float = RASTER, contrast: float = SOUGHT_CONTRAST
 ) -> PosteriorMap:
     """Return the map of sites whose states are known; errors as ``map_of``."""
-    if not (math.isfinite(raster) and raster > 0.0):
-        raise ParameterError(f"raster is {raster} m; it must be positive and finite")
     if not 1.0 < contrast < 100.0:
         raise ParameterError(f"contrast is {contrast}; it must be above 1 and below 100")
     felt, domain, background = sampled.felt, sampled.domain, sampled.background

@@ -107,6 +107,7 @@ class Sampled:
         *,
         quick: bool = False,
         outliers: float | None = 0.0,
+        raster: float | None = None,
     ) -> Sampled:
         """Run chains until their halves agree. The same sites have the same states, bit for bit.
 
@@ -122,11 +123,14 @@ class Sampled:
             with the next site, not for a probability that is told.
         outliers : float, optional
             Share of sites that err far more than they state, 0 to below 1; None if it is learnt.
+        raster : float, optional
+            Step of the surface that is to be read out [m], which is refused before the chains run.
 
         Raises
         ------
         ParameterError
-            If no site has a value, or ``outliers`` is out of its range.
+            If no site has a value, ``outliers`` is out of its range, or the raster has too many
+            cells.
         """
         if outliers is not None and not 0.0 <= outliers < 1.0:
             raise ParameterError(f"outliers is {outliers}; give a share from 0 to below 1")
@@ -137,6 +141,8 @@ class Sampled:
         felt = FeltSites.of(sites)
         hanging = _MM * np.column_stack([sites.x, sites.y])[sites.hanging]
         domain = Domain.of(felt.x, felt.y, hanging, within)
+        if raster is not None:
+            domain.raster(_MM * raster)
         error = np.hypot(felt.noise, FORM_ERROR)
         background = Background.of(felt.x, felt.y, felt.t, error)
         region = domain.region(felt.x, felt.y)
