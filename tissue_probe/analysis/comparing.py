@@ -21,7 +21,7 @@ from tissue_probe.analysis.question import Asked, ModelQuestion, check_wanted, q
 from tissue_probe.analysis.result_table import ResultTable
 from tissue_probe.diagnosis.fit_checks import check_fit
 from tissue_probe.diagnosis.fitting.corners import without_corners
-from tissue_probe.diagnosis.fitting.fit import Fit
+from tissue_probe.diagnosis.fitting.fit import Fit as Fit
 from tissue_probe.diagnosis.fitting.input_noise import whiten_input_noise
 from tissue_probe.diagnosis.improvement.ladder import climb_by
 from tissue_probe.diagnosis.left_out import left_out

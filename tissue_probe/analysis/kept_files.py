@@ -271,9 +271,10 @@ def _correlations(fit: Fit) -> tuple[tuple[str, str, float], ...]:
     """Return the pairs of values whose errors go together most."""
     named, rows = values(fit), correlations(fit)
     pairs = [
-        (letter(named[i].name), letter(named[j].name), rows[i][j])
+        (letter(named[i].name), letter(named[j].name), together)
         for i in range(len(named))
         for j in range(i)
+        if (together := rows[i][j]) is not None
     ]
     return tuple(sorted(pairs, key=lambda pair: -abs(pair[2]))[:PAIRS_TOLD])
 

@@ -11,7 +11,8 @@ from itertools import combinations
 import sympy as sp
 
 from tissue_probe.physics.dynamic_stiffness import handed_over, of_branch
-from tissue_probe.physics.effects.effect import Extent, Parameter, State
+from tissue_probe.physics.effects.effect import Parameter, State
+from tissue_probe.physics.extent import Extent
 
 #: Rates to begin with: from the slowest that a record just tells, so far apart that five reach from
 #: slow creep to the tip's own motion.

@@ -44,6 +44,8 @@ def module(name: str, write: Callable[[], str], sources: tuple[str, ...] = ALL) 
         if not path.exists():
             replace(path, write().encode())
         spec = importlib.util.spec_from_file_location(full_name, path)
+        if spec is None or spec.loader is None:
+            raise ImportError(f"{path} is no Python file")
         sys.modules[full_name] = importlib.util.module_from_spec(spec)
         try:
             spec.loader.exec_module(sys.modules[full_name])

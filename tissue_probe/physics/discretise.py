@@ -238,10 +238,13 @@ def _characteristic(matrix: sp.Matrix) -> list[sp.Expr]:
     s = sp.Symbol("s")
     entries = DomainMatrix.from_Matrix(s * sp.eye(matrix.rows) - matrix)
     found = _determinant(entries.to_sdm(), tuple(range(matrix.rows)), entries.domain)
-    return sp.Poly(entries.domain.to_sympy(found), s).all_coeffs()[1:]
+    result: list[sp.Expr] = sp.Poly(entries.domain.to_sympy(found), s).all_coeffs()[1:]
+    return result
 
 
-def _determinant(rows: Mapping[int, Mapping[int, Any]], columns: tuple[int, ...], domain: Any):
+def _determinant(
+    rows: Mapping[int, Mapping[int, Any]], columns: tuple[int, ...], domain: Any
+) -> Any:
     """Return the determinant of some columns of a matrix, of whose rows the zeros are left out.
 
     By Laplace's expansion along the shortest row: in a ladder of branches, each of which feels

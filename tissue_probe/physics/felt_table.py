@@ -16,11 +16,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike
-from pydantic import BaseModel, ConfigDict, model_validator
+from pydantic import BaseModel, ConfigDict, ValidationError, model_validator
 
 from tissue_probe.signals import FARTHEST_PLACE, FloatArray
 
 if TYPE_CHECKING:
+    from scipy.interpolate import LinearNDInterpolator, NearestNDInterpolator
+
     from tissue_probe.physics.phantom import Nodule
 
 #: Columns that a table has, and those that it may have.
@@ -84,7 +86,7 @@ class FeltTable(BaseModel):
         columns = {"x": x, "y": y, "k": k, "z": z, "beta": beta}
         try:
             return FeltTable(**{name: _kept(name, each) for name, each in columns.items()})
-        except ValueError as error:  # pydantic's, which names the class and its own web page
+        except ValidationError as error:  # it names the class and pydantic's web page
             raise ValueError(error.errors()[0]["msg"].removeprefix("Value error, ")) from None
 
     @model_validator(mode="after")
@@ -159,7 +161,7 @@ class FeltTable(BaseModel):
         return np.column_stack([k, beta, np.array(self.z) if self.z else np.zeros_like(k)])
 
     @cached_property
-    def _interpolators(self) -> tuple:
+    def _interpolators(self) -> tuple[LinearNDInterpolator, NearestNDInterpolator]:
         # Here, since it takes a second to import, and the phantom of nodules needs none of it.
         from scipy.interpolate import LinearNDInterpolator, NearestNDInterpolator
 
@@ -171,7 +173,8 @@ class FeltTable(BaseModel):
 
     def _at(self, x: ArrayLike, y: ArrayLike) -> FloatArray:
         between, nearest = (each(np.asarray(x), np.asarray(y)) for each in self._interpolators)
-        return np.where(np.isfinite(between), between, nearest)
+        found: FloatArray = np.where(np.isfinite(between), between, nearest)
+        return found
 
 
 def _is_line(places: FloatArray) -> bool:

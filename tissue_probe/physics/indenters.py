@@ -52,7 +52,7 @@ class Indenter:
             return 2.0 * self.size * depth / plane
         if self.shape == "cone":
             return 2.0 / math.pi * math.tan(self.size) * depth**2 / plane
-        return 4.0 / 3.0 * math.sqrt(self.size) * depth**1.5 / plane * self._of_layer(depth)
+        return float(4.0 / 3.0 * math.sqrt(self.size) * depth**1.5 / plane * self._of_layer(depth))
 
     def slope(self, depth: float) -> float:
         """Return the stiffness over the modulus at a depth [m], in metres: the force's slope."""

@@ -38,6 +38,9 @@ from tissue_probe.physics.effects.effect import (
     TIME,
     TIP_VELOCITY,
     TISSUE_FORCE,
+    Parameter,
+    State,
+    Switch,
 )
 from tissue_probe.physics.rigs import CONSTANTS
 from tissue_probe.physics.rigs.composing import (
@@ -106,7 +109,7 @@ def load_effects(path: str | Path) -> tuple[Effect, ...]:
     if not path.is_file():
         raise EffectError(f"{path}: there is no such file of effects")
     spec = importlib.util.spec_from_file_location(path.stem, path)
-    if spec is None:
+    if spec is None or spec.loader is None:
         raise EffectError(f"{path} is no Python file: give it a name that ends in .py")
     module = importlib.util.module_from_spec(spec)
     with _told(f"{path} cannot be run"):
@@ -166,12 +169,13 @@ def _guarded(effect: Effect, origin: str) -> Effect:
     """Return an effect whose own functions are told of by name, when they fail in a search."""
     default = Effect("", "", "")
     said = f"{origin}: effect {effect.name!r} cannot propose"
-    own = {
-        name: partial(_proposed, getattr(effect, name), said)
-        for name in ("starts", "near")
-        if getattr(effect, name) is not getattr(default, name)
-    }
-    return replace(effect, **own, forms=tuple(_guarded(form, origin) for form in effect.forms))
+    starts, near = effect.starts, effect.near
+    if starts is not default.starts:
+        starts = partial(_proposed, starts, said)
+    if near is not None:
+        near = partial(_proposed, near, said)
+    forms = tuple(_guarded(form, origin) for form in effect.forms)
+    return replace(effect, starts=starts, near=near, forms=forms)
 
 
 def _proposed(propose: Callable[..., Any], said: str, *known: object) -> list[dict[str, float]]:
@@ -228,7 +232,7 @@ def _form_complaints(effect: Effect, library: Mapping[str, Effect]) -> Iterator[
             f"uses the symbol {symbol}, which nothing tells: make it a Parameter, or import it "
             "from tissue_probe.physics.effects.effect"
         )
-    names = {entry.name for entry in (*effect.parameters, *TISSUE)}
+    names = {entry.name for entry in effect.parameters} | {entry.name for entry in TISSUE}
     for start in effect.starts(USUAL):
         if unknown := sorted(set(start) - names):
             yield f"proposes starts for {', '.join(unknown)}, which it has not"
@@ -271,7 +275,11 @@ def changed(effect: Effect) -> list[str]:
 
 
 def _own(effect: Effect) -> list[sp.Symbol]:
-    owners = (*effect.parameters, *effect.states, *effect.switches)
+    owners: list[Parameter | State | Switch] = [
+        *effect.parameters,
+        *effect.states,
+        *effect.switches,
+    ]
     return [owner.symbol for owner in owners]
 
 

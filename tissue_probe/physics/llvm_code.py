@@ -9,7 +9,7 @@ that here all are double precision.
 # ruff: noqa: N802, N815 (SymPy's printer finds its methods by the names of classes)
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from itertools import count
 
@@ -213,7 +213,7 @@ class Function:
         return self._builder.shuffle_vector(one, none, first)
 
 
-class _InstructionPrinter(Printer):
+class _InstructionPrinter(Printer):  # type: ignore[misc]  # SymPy has no types
     """Instructions for an expression; SymPy finds the method for each kind of node."""
 
     def __init__(self, builder: ir.IRBuilder, known: Mapping[str, ir.Value]) -> None:
@@ -359,7 +359,9 @@ class _InstructionPrinter(Printer):
     def _print_Xor(self, expression: sp.Xor) -> ir.Value:
         return self._joined(self._builder.xor, expression)
 
-    def _joined(self, join, expression: sp.Basic) -> ir.Value:
+    def _joined(
+        self, join: Callable[[ir.Value, ir.Value], ir.Value], expression: sp.Basic
+    ) -> ir.Value:
         first, *others = map(self._print, expression.args)
         for other in others:
             first = join(first, other)
@@ -377,7 +379,7 @@ class _InstructionPrinter(Printer):
 
 def _is_below(expression: sp.Basic) -> bool:
     """Whether it is a power of a negative exponent, to divide by."""
-    return expression.is_Pow and expression.exp.is_Rational and expression.exp.is_negative
+    return bool(expression.is_Pow and expression.exp.is_Rational and expression.exp.is_negative)
 
 
 def _refused(name: str) -> NotComputableError:

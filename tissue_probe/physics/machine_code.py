@@ -145,7 +145,7 @@ def _machine() -> llvm.TargetMachine:
 
 
 def _features() -> str:
-    return llvm.get_host_cpu_features().flatten()
+    return str(llvm.get_host_cpu_features().flatten())
 
 
 @cache
@@ -167,7 +167,8 @@ def _compile(name: str, text: Text) -> bytes:
     builder.getModulePassManager().run(code, builder)
     _check_calls(name, text, code)
     head = json.dumps({"entries": list(text.entries), "facts": dict(text.facts)})
-    return head.encode() + b"\n" + machine.emit_object(code)
+    found: bytes = head.encode() + b"\n" + machine.emit_object(code)
+    return found
 
 
 def _check_calls(name: str, text: Text, code: llvm.ModuleRef) -> None:

@@ -27,7 +27,7 @@ from tissue_probe.physics.library import EffectError, effects, load_effects
 from tissue_probe.physics.resized import sized
 from tissue_probe.physics.rigs import RIGS, Rig
 from tissue_probe.physics.scale import Scale
-from tissue_probe.physics.tissues import TISSUES
+from tissue_probe.physics.tissue_names import TissueName
 from tissue_probe.settings import SettingsError, rule, setting
 
 
@@ -153,7 +153,7 @@ class ModelFile(_FileEntry):
 
     version: Literal[1] = setting(..., "", "of this layout")
     rig: str = setting(..., "", "how the instrument couples to the tissue")
-    tissue: Literal[tuple(TISSUES)] = setting(..., "", "the tissue that the tip presses on")
+    tissue: TissueName = setting(..., "", "the tissue that the tip presses on")
     size: Size = setting(Size(), "", "by which constants of its laws are larger, such as a depth")
     effects: tuple[EffectEntry, ...] = setting((), "", "further physics, in order")
     constants: dict[str, ModelNumber] = setting(..., "", "the rig's")

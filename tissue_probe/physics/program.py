@@ -12,7 +12,7 @@ import sympy as sp
 from sympy.printing.pycode import PythonCodePrinter
 
 
-class _PythonPrinter(PythonCodePrinter):
+class _PythonPrinter(PythonCodePrinter):  # type: ignore[misc]  # SymPy has no types
     """Python that loses no digit of a constant."""
 
     def _print_Float(self, expression: sp.Float) -> str:  # noqa: N802
@@ -22,7 +22,7 @@ class _PythonPrinter(PythonCodePrinter):
         # Numba raises where zero is taken to a negative power; one over zero is infinity.
         if expression.exp.is_Integer and expression.exp < -1:
             return f"(1.0 / {self._print(1 / expression)})"
-        return super()._print_Pow(expression, rational)
+        return str(super()._print_Pow(expression, rational))
 
     def _print_Heaviside(self, expression: sp.Expr) -> str:  # noqa: N802
         return f"(1.0 if {self._print(expression.args[0])} > 0 else 0.0)"

@@ -9,6 +9,7 @@ import math
 from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from functools import lru_cache
+from typing import Any
 
 import sympy as sp
 
@@ -95,8 +96,12 @@ def over(effect: Effect, scale: Scale) -> Effect:
     def found(values: Mapping[str, float]) -> dict[str, float]:
         return {name: each * known.get(name, 1.0) for name, each in values.items()}
 
+    acts = {name: turn(getattr(effect, name), unit) for name, unit in _ACTS.items()}
+    ways = {name: _way(turn, getattr(effect, name)) for name in _WAYS}
+    changed: dict[str, Any] = acts | ways
     return replace(
         effect,
+        **changed,
         parameters=tuple(
             replace(
                 each,
@@ -106,8 +111,6 @@ def over(effect: Effect, scale: Scale) -> Effect:
             )
             for each in effect.parameters
         ),
-        **{name: turn(getattr(effect, name), unit) for name, unit in _ACTS.items()},
-        **{name: _way(turn, getattr(effect, name)) for name in _WAYS},
         sampled=None if effect.sampled is None else turn(effect.sampled, "m"),
         states=tuple(turn.state(each) for each in effect.states),
         switches=tuple(turn.switch(each) for each in effect.switches),

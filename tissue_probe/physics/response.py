@@ -149,10 +149,10 @@ class ResponseKernel:
 
     def _begin(
         self, values: FloatArray, position: float, force: float, input2: float = 0.0
-    ) -> FloatArray:
+    ) -> tuple[FloatArray, FloatArray]:
         z, p = np.zeros((2, len(self.states))), np.ascontiguousarray(values, dtype=np.float64)
         _BEGIN(self.code.addresses["begin"])(p.ctypes.data, position, force, input2, z.ctypes.data)
-        return z
+        return z[0], z[1]
 
     def position(
         self, times: FloatArray, true: FloatArray, values: FloatArray, changes: FloatArray
@@ -305,7 +305,8 @@ def _of_driver(
         true = smoothed(true, values[kernel.rounded]).course.copy()
     changed = np.zeros((len(kernel.course_columns), measured.size))
     if kernel.moves_position:
-        kernel.position(begins + np.arange(true.size) * period, true, values, changed)
+        times = begins + np.arange(true.size, dtype=float) * period
+        kernel.position(times, true, values, changed)
     if kernel.shifts:
         true, changed = _shifted(true, changed, period, kernel.late * values[kernel.delay], at_rest)
         changed[-1] *= kernel.late

@@ -122,7 +122,8 @@ def _edges(count: int) -> FloatArray:
     """Let the bandwidth of the smoother, the eighth root of its weight, open towards the ends."""
     place = np.arange(count) + 0.5
     near = np.minimum(place, place[::-1]) / EDGE
-    return np.minimum(near, 1.0) ** (2 * ORDER)
+    found: FloatArray = np.minimum(near, 1.0) ** (2 * ORDER)
+    return found
 
 
 def _balanced(
@@ -141,7 +142,8 @@ def _balanced(
         due = share * (rounded.size - probe @ followed)
         too_smooth = np.sum((course - rounded) ** 2) > due
         low, high = (low, middle) if too_smooth else (middle, high)
-    return np.minimum(np.exp(low) * shape, HEAVIEST)
+    found: FloatArray = np.minimum(np.exp(low) * shape, HEAVIEST)
+    return found
 
 
 def _solve(weight: FloatArray, right: FloatArray, trust: FloatArray | float = 1.0) -> FloatArray:

@@ -5,13 +5,15 @@ Contents: the steps, and switches found within a step, in Numba's Python.
 Imported only where machine code of a model has to be made: that takes seconds.
 """
 
+from __future__ import annotations
+
 import math
 
-from numba import cfunc, njit
+from numba import cfunc
 
 from tissue_probe.physics.coil_course import coil_course
 from tissue_probe.physics.model_functions import LINKED, output, rate, switch  # noqa: F401
-from tissue_probe.physics.pointers import OPTIONS, RUN, further
+from tissue_probe.physics.pointers import RUN, Pointer, compile_fused, compile_inner, further
 
 # The fastest eigenvalue times a part's length stays below LONGEST: a step is divided. A branch that
 # relaxes follows the tip's speed, which is smooth, and its rate times the length below SMOOTHLY.
@@ -34,8 +36,16 @@ FORGOTTEN = 1e-100
 SQUARINGS = 7
 
 
-@njit(**OPTIONS, fastmath={"contract"})
-def _to_stage(count, z, part, f, weight, total, z1):
+@compile_fused
+def _to_stage(
+    count: int,
+    z: Pointer[float],
+    part: float,
+    f: Pointer[float],
+    weight: float,
+    total: Pointer[float],
+    z1: Pointer[float],
+) -> None:
     """Go on by a part of the step; add the rates to their total, which begins with weight 1."""
     if weight == 1.0:
         for j in range(count):
@@ -47,30 +57,61 @@ def _to_stage(count, z, part, f, weight, total, z1):
             z1[j] = z[j] + part * f[j]
 
 
-@njit(**OPTIONS, fastmath={"contract"})
-def _to_end(count, z, h, total, f, z1):
+@compile_fused
+def _to_end(
+    count: int,
+    z: Pointer[float],
+    h: float,
+    total: Pointer[float],
+    f: Pointer[float],
+    z1: Pointer[float],
+) -> None:
     """Go on to the end of the step; ``f`` are the rates there."""
     for j in range(count):
         z1[j] = z[j] + h / 6.0 * (total[j] + f[j])
 
 
-@njit(**OPTIONS)
-def _forget(count, T):
+@compile_inner
+def _forget(count: int, T: Pointer[float]) -> None:
     for j in range(count):
         T[j] = 0.0 if abs(T[j]) < FORGOTTEN else T[j]
 
 
-@njit(**OPTIONS)
-def _copy(count, z, z1):
+@compile_inner
+def _copy(count: int, z: Pointer[float], z1: Pointer[float]) -> None:
     for j in range(count):
         z1[j] = z[j]
 
 
-@njit(**OPTIONS)
+@compile_inner
 def _advance(
-    n, q, t, p, z, T, pieces, changes, columns, r, order, w, count, sample, since, h, mode, u, dU,
-    first, f, slope, total, totals, z1, T1,
-):  # fmt: skip
+    n: int,
+    q: int,
+    t: float,
+    p: Pointer[float],
+    z: Pointer[float],
+    T: Pointer[float],
+    pieces: Pointer[float],
+    changes: Pointer[float],
+    columns: Pointer[int],
+    r: int,
+    order: int,
+    w: int,
+    count: int,
+    sample: int,
+    since: float,
+    h: float,
+    mode: Pointer[float],
+    u: Pointer[float],
+    dU: Pointer[float],
+    first: Pointer[float],
+    f: Pointer[float],
+    slope: Pointer[float],
+    total: Pointer[float],
+    totals: Pointer[float],
+    z1: Pointer[float],
+    T1: Pointer[float],
+) -> None:
     """Advance states and tangents by ``h``, from ``since`` after the sample, into z1 and T1.
 
     ``first`` and ``f`` are then the rates at the beginning and at the end.
@@ -91,8 +132,8 @@ def _advance(
     _to_end(n * q, T, h, totals, slope, T1)
 
 
-@njit(**OPTIONS)
-def _fastest_branch(A, n, tip):
+@compile_inner
+def _fastest_branch(A: Pointer[float], n: int, tip: int) -> float:
     """Return the fastest rate at which a state forgets that only the tip's speed moves.
 
     It is taken out of the matrix: without it a branch is the spring that it is at once.
@@ -108,8 +149,23 @@ def _fastest_branch(A, n, tip):
     return fastest
 
 
-@njit(**OPTIONS)
-def _parts(n, q, t, p, z, u, mode, dU, tip, slope, squared, T, f, period):
+@compile_inner
+def _parts(
+    n: int,
+    q: int,
+    t: float,
+    p: Pointer[float],
+    z: Pointer[float],
+    u: Pointer[float],
+    mode: Pointer[float],
+    dU: Pointer[float],
+    tip: int,
+    slope: Pointer[float],
+    squared: Pointer[float],
+    T: Pointer[float],
+    f: Pointer[float],
+    period: float,
+) -> int:
     """Return into how many parts a step is divided, of the fastest eigenvalue at a state.
 
     ``slope``, ``squared``, ``T`` and ``f`` are overwritten.
@@ -153,8 +209,8 @@ def _parts(n, q, t, p, z, u, mode, dU, tip, slope, squared, T, f, period):
     return max(fewest, math.ceil(fastest * period / LONGEST))
 
 
-@njit(**OPTIONS)
-def _lowest(g, rise, g1, rise1):
+@compile_inner
+def _lowest(g: float, rise: float, g1: float, rise1: float) -> tuple[float, float]:
     """Return where a cubic from g to g1 of these slopes is lowest between, and how low.
 
     A switch may turn within a part and back again: a tip that hardly pulls itself off.
@@ -168,7 +224,7 @@ def _lowest(g, rise, g1, rise1):
 
 
 @cfunc(RUN, error_model="numpy")
-def run(arrays, sizes, period, begins):
+def run(arrays: Pointer[Pointer[float]], sizes: Pointer[int], period: float, begins: float) -> None:
     """Integrate.
 
     ``sizes`` are n, q, len p, s, r, samples, tip, ranges of the tip's speed, coefficients of a

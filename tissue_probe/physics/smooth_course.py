@@ -70,7 +70,8 @@ def splines(values: FloatArray, period: float, degree: int) -> FloatArray:
     spline = _spline(len(values), degree)
     found, _ = dgbtrs(spline.factor, degree, degree, values, spline.pivots)
     powers = period ** np.arange(degree, -1, -1.0)
-    return (spline.pieces @ found).reshape(degree + 1, -1) / powers[:, np.newaxis]
+    result: FloatArray = (spline.pieces @ found).reshape(degree + 1, -1) / powers[:, np.newaxis]
+    return result
 
 
 def at_times(columns: FloatArray, period: float, times: FloatArray) -> FloatArray:
@@ -94,7 +95,8 @@ def at_times(columns: FloatArray, period: float, times: FloatArray) -> FloatArra
     spline = _spline(len(columns), CUBIC)
     found, _ = dgbtrs(spline.factor, CUBIC, CUBIC, columns, spline.pivots)
     read = _values(len(columns), (times / period).tobytes())
-    return (read @ found).reshape(len(times), *columns.shape[1:])
+    result: FloatArray = (read @ found).reshape(len(times), *columns.shape[1:])
+    return result
 
 
 @for_a_call(16)

@@ -22,7 +22,7 @@ from tissue_probe.mapping.posterior.found import LEAST_PROBABILITY, LINK, FoundI
 from tissue_probe.mapping.posterior.prior import LOG_CONTRAST, LOG_RADIUS, X, Y
 from tissue_probe.mapping.posterior.sampled import LEAST_SITES, Sampled
 from tissue_probe.mapping.posterior.shape import metric
-from tissue_probe.signals import FloatArray
+from tissue_probe.signals import FloatArray, IntArray
 
 _MM = 1e3
 #: Neighbouring rays are a quarter of the radius apart at the boundary of an ellipse.
@@ -152,7 +152,8 @@ def answer(sampled: Sampled, sought: Sought = Sought(), *, checked: bool = True)
     doubted = {doubt.number for doubt in sampled.doubts if doubt.alone}
     by_number = {
         number: KnownInclusion(
-            *(float(each) / _MM for each in one.centre),
+            float(one.centre[0]) / _MM,
+            float(one.centre[1]) / _MM,
             one.probability,
             _boundary_sd(one) / _MM,
             number in doubted,
@@ -242,12 +243,13 @@ def _boundary_sd(one: FoundInclusion) -> float:
     """Return the standard deviation of the boundary along rays from the middle, rms [mm]."""
     rows, count, _ = one.some(_DEVIATION_MEMBERS)
     reach = np.zeros((count.size, _RAYS))
-    _reaches(rows, count, *one.centre, reach)
+    x, y = one.centre
+    _reaches(rows, count, x, y, reach)
     return float(np.sqrt(reach.var(axis=0).mean()))
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _reaches(rows, count, x, y, out):
+def _reaches(rows: FloatArray, count: IntArray, x: float, y: float, out: FloatArray) -> None:
     """Write how far the boundary is from a place [mm] along rays.
 
     The rows are those of ``FoundInclusion.some``.

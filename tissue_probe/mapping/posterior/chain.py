@@ -16,6 +16,9 @@ from numba import njit
 
 from tissue_probe.mapping.posterior.moves import (
     KINDS,
+    ChainState,
+    Scratch,
+    SitesRegion,
     another_level,
     begin_state,
     changed_one,
@@ -25,8 +28,9 @@ from tissue_probe.mapping.posterior.moves import (
     redrawn,
     scratch_for,
 )
-from tissue_probe.mapping.posterior.outliers import propose_errors
+from tissue_probe.mapping.posterior.outliers import ErrorKinds, propose_errors
 from tissue_probe.mapping.posterior.prior import MOST_INCLUSIONS
+from tissue_probe.signals import FloatArray, IntArray
 
 #: Of all moves: birth or death, an inclusion drawn anew, the level, how each site errs; the rest
 #: changes an inclusion.
@@ -36,7 +40,17 @@ _EXCHANGE = 10
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _move(state, count, level, beta, region, precision, log_weight, outliers, scratch):
+def _move(
+    state: ChainState,
+    count: int,
+    level: int,
+    beta: float,
+    region: SitesRegion,
+    precision: FloatArray,
+    log_weight: FloatArray,
+    outliers: FloatArray,
+    scratch: Scratch,
+) -> tuple[int, int]:
     """Make one move; return number of inclusions and level then."""
     choice = np.random.random()
     if choice < 0.5 * _JUMP:
@@ -56,9 +70,22 @@ def _move(state, count, level, beta, region, precision, log_weight, outliers, sc
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def run(
-    seed, y, region, precision, log_weight, outliers, betas, ends, kinds, steps, thin, rows, kept,
-    levels, errors,
-):  # fmt: skip
+    seed: int,
+    y: FloatArray,
+    region: SitesRegion,
+    precision: FloatArray,
+    log_weight: FloatArray,
+    outliers: FloatArray,
+    betas: FloatArray,
+    ends: FloatArray,
+    kinds: ErrorKinds,
+    steps: int,
+    thin: int,
+    rows: FloatArray,
+    kept: IntArray,
+    levels: IntArray,
+    errors: ErrorKinds,
+) -> None:
     """Run a chain of each beta on, and keep every ``thin``-th state of the first.
 
     Parameters

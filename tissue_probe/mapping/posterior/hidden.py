@@ -21,7 +21,7 @@ from tissue_probe.mapping.posterior.felt_surface import sums_at
 from tissue_probe.mapping.posterior.prior import LOG_ASPECT, LOG_RADIUS
 from tissue_probe.mapping.posterior.sampling import States
 from tissue_probe.mapping.posterior.shape import squared_distance
-from tissue_probe.signals import FloatArray
+from tissue_probe.signals import BoolArray, FloatArray, IntArray
 
 LARGEST_RADIUS = 10.0  # mm
 _STEP, _COARSE = 0.5, 2.0  # mm, of radii
@@ -35,7 +35,19 @@ _FADED = 1.7
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _weigh_places(px, py, radius, excess, x, y, precision, weighted, covered, change, where):
+def _weigh_places(
+    px: float,
+    py: float,
+    radius: float,
+    excess: float,
+    x: FloatArray,
+    y: FloatArray,
+    precision: FloatArray,
+    weighted: FloatArray,
+    covered: BoolArray,
+    change: FloatArray,
+    where: IntArray,
+) -> float:
     """Return how probably a round inclusion may be at a place, of all states.
 
     ``weighted`` are the states' Qr, shape (states, n), ``covered`` says which have one over it.
@@ -66,7 +78,18 @@ def _weigh_places(px, py, radius, excess, x, y, precision, weighted, covered, ch
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _radii(places_x, places_y, excess, x, y, precision, weighted, rows, count, out):
+def _radii(
+    places_x: FloatArray,
+    places_y: FloatArray,
+    excess: float,
+    x: FloatArray,
+    y: FloatArray,
+    precision: FloatArray,
+    weighted: FloatArray,
+    rows: FloatArray,
+    count: IntArray,
+    out: FloatArray,
+) -> None:
     change, where = np.empty(x.size), np.empty(x.size, np.int64)
     covered = np.empty(count.size, np.bool_)
     uncovered = np.zeros(count.size, np.bool_)

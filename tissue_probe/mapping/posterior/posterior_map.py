@@ -206,14 +206,17 @@ def _inclusion(
     row, column = (int(np.abs(axis - at).argmin()) for axis, at in ((y, centre[1]), (x, centre[0])))
     lines = boundaries(*one.some(MEMBERS)[:2], one.places)
     return Inclusion(
-        *(float(each) / _MM for each in centre),
+        float(centre[0]) / _MM,
+        float(centre[1]) / _MM,
         one.covariance / _MM**2,
         one.probability,
         float(mean[row, column]),
         float(sd[row, column]),
         one.contrast,
         felt_by,
-        *(lines[percent] / _MM for percent in (50, 90, 95)),
+        lines[50] / _MM,
+        lines[90] / _MM,
+        lines[95] / _MM,
     )
 
 

@@ -14,6 +14,8 @@ import math
 import numpy as np
 from numba import njit
 
+from tissue_probe.signals import FloatArray
+
 X, Y, LOG_RADIUS, LOG_CONTRAST, LOG_EXPONENT, LOG_ASPECT, ANGLE = range(7)
 PARAMETERS = 7
 #: An inclusion more than so many is the sign of a model that does not fit.
@@ -47,13 +49,13 @@ LARGEST_ASPECT = 3.0
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def log_normal(value, middle, spread):
+def log_normal(value: float, middle: float, spread: float) -> float:
     """Return the log density of a normal variable, up to a constant that is the same each time."""
     return -0.5 * ((value - middle) / spread) ** 2 - math.log(spread)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def log_prior_of_contrast(log_contrast):
+def log_prior_of_contrast(log_contrast: float) -> float:
     """Return the log density of log c, -inf beyond the largest."""
     size = abs(log_contrast)
     if size > LARGEST_LOG_CONTRAST or size == 0.0:
@@ -63,20 +65,20 @@ def log_prior_of_contrast(log_contrast):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def log_prior_of_hard(exponent):
+def log_prior_of_hard(exponent: float) -> float:
     """Return the log density of the log of the exponent of a hard edge, its share counted."""
     return math.log(HARD) + log_normal(exponent, math.log(HARD_EXPONENT), HARD_SPREAD)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def log_prior_of_exponent(exponent):
+def log_prior_of_exponent(exponent: float) -> float:
     """Return the log density of the log of the exponent, of either kind of edge."""
     smooth = math.log(1.0 - HARD) + log_normal(exponent, math.log(EXPONENT), EXPONENT_SPREAD)
     return math.log(math.exp(smooth) + math.exp(log_prior_of_hard(exponent)))
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def log_prior_of_shape(row):
+def log_prior_of_shape(row: FloatArray) -> float:
     """Return the log density of extent, exponent and ellipse, up to a constant; -inf outside."""
     radius, exponent, aspect = row[LOG_RADIUS], row[LOG_EXPONENT], row[LOG_ASPECT]
     if (
@@ -93,7 +95,7 @@ def log_prior_of_shape(row):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def draw_shape(row):
+def draw_shape(row: FloatArray) -> None:
     """Draw extent, exponent and ellipse from the prior."""
     while True:
         row[LOG_RADIUS] = math.log(RADIUS) + RADIUS_SPREAD * np.random.standard_normal()
@@ -108,7 +110,7 @@ def draw_shape(row):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def draw_contrast():
+def draw_contrast() -> float:
     """Draw log c from the prior."""
     size = -CONTRAST_SCALE * math.log(np.random.random() * np.random.random())
     return -size if np.random.random() < SOFT else size

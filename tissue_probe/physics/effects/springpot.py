@@ -6,7 +6,8 @@ from collections.abc import Mapping
 import sympy as sp
 
 from tissue_probe.physics.dynamic_stiffness import handed_over
-from tissue_probe.physics.effects.effect import TIP_VELOCITY, Effect, Extent, Parameter, State
+from tissue_probe.physics.effects.effect import TIP_VELOCITY, Effect, Parameter, State
+from tissue_probe.physics.extent import Extent
 
 STRENGTH = sp.Symbol("springpot_stiffness", real=True)
 EXPONENT = sp.Symbol("springpot_exponent", positive=True)

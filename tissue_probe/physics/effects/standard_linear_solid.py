@@ -5,8 +5,8 @@ from collections.abc import Mapping
 import sympy as sp
 
 from tissue_probe.physics.dynamic_stiffness import handed_over, of_branch
-from tissue_probe.physics.effects.effect import TIP_VELOCITY, Effect, Extent, Parameter, State
-from tissue_probe.physics.extent import SLOWEST
+from tissue_probe.physics.effects.effect import TIP_VELOCITY, Effect, Parameter, State
+from tissue_probe.physics.extent import SLOWEST, Extent
 
 RELAXING_STIFFNESS = sp.Symbol("relaxing_stiffness", real=True)
 RATE = sp.Symbol("relaxation_rate", positive=True)
