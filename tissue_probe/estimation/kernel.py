@@ -52,7 +52,7 @@ class Kernel:
     @property
     def size(self) -> int:
         """Length of ``memory``."""
-        return self.code.facts["MEMORY"]
+        return int(self.code.facts["MEMORY"])
 
 
 @dataclass(frozen=True)
@@ -74,7 +74,7 @@ class KalmanFilter:
     @property
     def summary(self) -> str:
         """The estimator in one line."""
-        return self.equations.__doc__.splitlines()[0]
+        return (self.equations.__doc__ or "").splitlines()[0]
 
     def kernel(self, settings: EstimatorSettings) -> Kernel:
         """Return the compiled kernel, generated the first time that it is wanted."""
@@ -146,7 +146,7 @@ class ByHand:
     @property
     def summary(self) -> str:
         """The estimator in one line."""
-        return ast.get_docstring(ast.parse(self.path.read_text())).splitlines()[0]
+        return (ast.get_docstring(ast.parse(self.path.read_text())) or "").splitlines()[0]
 
     def kernel(self, settings: EstimatorSettings) -> Kernel:
         """Return the compiled kernel; how steps are discretised makes no difference to it.
