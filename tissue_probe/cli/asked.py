@@ -137,7 +137,7 @@ def choice(item: Item) -> tuple[Any, Any]:
     """Return the type of a choice, and its value where nothing is said."""
     # Named as Python can name them: at_rest stands for at-rest.
     names = {each.replace("-", "_"): each for each in item.choices}
-    type_ = Enum(item.name, names, type=str)
+    type_ = Enum(item.name, names, type=str)  # type: ignore[misc]  # known when the item is
     return (type_ | None, None) if item.default is None else (type_, type_(item.default))
 
 

@@ -72,7 +72,7 @@ def estimate(
         settings=_changes(settings or []),
         model=model,
         effects=effects or [],
-        rig=rig.value if rig else None,
+        rig=rig,
         restart_at_site=restart_at_site,
         site=site,
     )

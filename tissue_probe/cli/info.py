@@ -75,9 +75,9 @@ def _tell_bag(samples: Path, parameters: bool) -> None:
     print(f"{samples}: begins {begin}, lasts {summary.duration:.3f} s")
     if summary.truncated:
         print("The recording was cut off; everything up to the cut is read.")
-    for samples in summary.samples:
-        late = f", recorded from sample {samples.first} on" if samples.first else ""
-        print(f"{samples.topic}: {samples.recorded} samples, {samples.lost} lost{late}")
+    for each in summary.samples:
+        late = f", recorded from sample {each.first} on" if each.first else ""
+        print(f"{each.topic}: {each.recorded} samples, {each.lost} lost{late}")
     if summary.sites:
         print(f"{len(summary.sites)} sites palpated")
     # Names are to be copied: they are folded, never cut.

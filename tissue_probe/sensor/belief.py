@@ -61,7 +61,8 @@ class Belief:
         variance = np.einsum("naj,jk,nak->na", slopes, self.covariance, slopes, optimize=True)
         passed = np.abs(run.time - self.point.time)[:, None]
         forgotten = self.unrest * passed**3 / 3.0
-        return np.sqrt(np.maximum(variance, 0.0) + forgotten + self.unexplained)
+        found: FloatArray = np.sqrt(np.maximum(variance, 0.0) + forgotten + self.unexplained)
+        return found
 
     def with_zero(self, run: Smoothed) -> Belief:
         """Return the belief after a stretch of free air: the bias anew, rates by how it went.
@@ -74,7 +75,7 @@ class Belief:
         left = run.wrench - wrench
         information = np.linalg.inv(aged.covariance)
         hessian, gradient = normal_equations([left], [slopes], self.colours)
-        covariance = np.linalg.inv(information + hessian)
+        covariance: FloatArray = np.asarray(np.linalg.inv(information + hessian), float)
         values = aged.point.values + covariance @ gradient
         return replace(aged, point=Point(values, middle), covariance=covariance)
 

@@ -150,7 +150,7 @@ class Compensation:
         for name, value in asdict(self).items():
             if not (isinstance(value, float) and math.isinf(value)):
                 plain[name] = _plain(value)
-        return yaml.safe_dump(plain, sort_keys=False, default_flow_style=None)
+        return str(yaml.safe_dump(plain, sort_keys=False, default_flow_style=None))
 
 
 def compensation(found: Identified, runs: list[FreeAir], origin: int) -> Compensation:
@@ -265,11 +265,12 @@ def _of_plain(content: dict[str, Any]) -> Compensation:
         raise ValueError(f"delay is {delay:g} s: sensors have {LONGEST_DELAY:g} s at most")
     stamp = sound_stamp(_whole(content, "stamp"))
     known = [name for name in ("mass_deviation", "delay_deviation") if name in content]
-    told = {name: float(_numbers(content, name, ())) for name in known}
+    told: dict[str, Any] = {name: float(_numbers(content, name, ())) for name in known}
     for name, value in told.items():
         if value < 0.0:
             raise ValueError(f"{name} is below 0")
-    return Compensation(**arrays, **told, delay=delay, stamp=stamp, cable=cable)
+    numbers: dict[str, Any] = {**arrays, **told}
+    return Compensation(**numbers, delay=delay, stamp=stamp, cable=cable)
 
 
 def _cable(content: Any) -> CableFunctions:

@@ -142,7 +142,7 @@ def _projected(load: FloatArray, wrench: FloatArray, fixed: FloatArray) -> Float
     flat = load.reshape(len(load), -1)
     columns = (flat - basis @ (basis.T @ flat)).reshape(-1, load.shape[2])
     values = (wrench - basis @ (basis.T @ wrench)).ravel()
-    return np.linalg.lstsq(columns, values, rcond=1e-9)[0]
+    return np.asarray(np.linalg.lstsq(columns, values, rcond=1e-9)[0], float)
 
 
 def _left(runs: Sequence[Smoothed], point: Point) -> tuple[list[FloatArray], list[FloatArray]]:

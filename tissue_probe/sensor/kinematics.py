@@ -72,9 +72,10 @@ def turned_by(orientation: FloatArray, turns: FloatArray) -> FloatArray:
 
 def into_frame(orientation: FloatArray, vectors: FloatArray) -> FloatArray:
     """Return vectors of the base in the axes of frames, shape (n, 3)."""
-    return np.einsum(
+    found: FloatArray = np.einsum(
         "nji,nj->ni", rotation(orientation), np.broadcast_to(vectors, (len(orientation), 3))
     )
+    return found
 
 
 def rotation(orientation: FloatArray) -> FloatArray:

@@ -88,7 +88,7 @@ def stretches(
 def _check_track(name: str, track: Track, begin: int) -> None:
     if len(track.stamps) < 4:
         raise MeasurementError(f"{name} has {len(track.stamps)} samples: record a minute of both")
-    wrong = ~np.isfinite(track.rows).all(axis=1)
+    wrong = ~np.asarray(np.isfinite(track.rows).all(axis=1))
     if wrong.any():
         raise MeasurementError(
             f"{name} is not finite {_at(track, wrong, begin)}: leave such samples out, or mend "
@@ -96,7 +96,7 @@ def _check_track(name: str, track: Track, begin: int) -> None:
         )
     steps = np.diff(track.stamps)
     if (steps <= 0).any():
-        wrong = np.concatenate([[False], steps <= 0])
+        wrong = np.concatenate([np.array([False]), steps <= 0])
         raise MeasurementError(
             f"the times of {name} do not ascend {_at(track, wrong, begin)}: sort the samples, and "
             "leave out those that come twice"
@@ -174,7 +174,8 @@ def _even_signs(quaternions: FloatArray) -> FloatArray:
     """Return the quaternions, each on the side of the one before it: q and -q are one turn."""
     turned = np.sum(quaternions[1:] * quaternions[:-1], axis=1) < 0.0
     signs = np.concatenate([[1.0], np.cumprod(np.where(turned, -1.0, 1.0))])
-    return quaternions * signs[:, None]
+    found: FloatArray = quaternions * signs[:, None]
+    return found
 
 
 def _together(tracks: list[Track], period: int) -> Iterator[IntArray]:
@@ -184,7 +185,7 @@ def _together(tracks: list[Track], period: int) -> Iterator[IntArray]:
     holes = [(first, first)]
     for track in tracks:
         steps = np.diff(track.stamps)
-        for number in np.flatnonzero(steps > REACH * np.median(steps)):
+        for number in map(int, np.flatnonzero(steps > REACH * np.median(steps))):
             # Two samples on either side are needed.
             before, after = max(number - 1, 0), min(number + 2, len(track.stamps) - 1)
             holes.append((int(track.stamps[before]), int(track.stamps[after])))

@@ -33,7 +33,7 @@ class Colour:
 
     def of_mean(self, count: int) -> float:
         """Return the variance of the mean of so many rows."""
-        return self.deviation**2 / (self.whitener.sum() ** 2 * count)
+        return float(self.deviation**2 / (self.whitener.sum() ** 2 * count))
 
 
 def white_noise(deviation: float) -> Colour:

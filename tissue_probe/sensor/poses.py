@@ -42,7 +42,8 @@ def missing_poses(
     moves = [(words, _information(run, core, noise)) for words, run in _moves(orientation, core)]
     while len(sentences) < MOST and any(not n.told for n in numbers(core, believed, noise)):
         before = numbers(core, believed, noise)
-        tried = [np.linalg.inv(np.linalg.inv(believed) + added) for _, added in moves]
+        information = np.linalg.inv(believed)
+        tried = [np.asarray(np.linalg.inv(information + added), float) for _, added in moves]
         costs = [_cost(numbers(core, after, noise)) for after in tried]
         best = int(np.argmin(costs))
         helped = _helped(before, numbers(core, tried[best], noise))
@@ -95,4 +96,5 @@ def _information(run: FreeAir, point: Point, noise: FloatArray) -> FloatArray:
     _, slopes = point.wrench(smoothed)
     # As many samples as the filter lets count.
     weight = LASTS / (run.period * len(smoothed.time)) / noise**2
-    return np.einsum("naj,a,nak->jk", slopes, weight, slopes)
+    found: FloatArray = np.einsum("naj,a,nak->jk", slopes, weight, slopes)
+    return found

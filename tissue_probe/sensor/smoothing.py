@@ -50,4 +50,5 @@ class Smoother:
 
     def __call__(self, rows: FloatArray) -> FloatArray:
         """Return rows, shape (n, c), smoothed: shape (n - 2 half, c)."""
-        return signal.oaconvolve(rows, self._weights[:, None], mode="valid", axes=0)
+        found: FloatArray = signal.oaconvolve(rows, self._weights[:, None], mode="valid", axes=0)
+        return found

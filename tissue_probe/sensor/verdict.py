@@ -107,4 +107,4 @@ def _explained(columns: FloatArray, rest: FloatArray) -> float:
     columns = columns - columns.mean(axis=0)
     left, sizes, _ = np.linalg.svd(columns, full_matrices=False)
     left = left[:, sizes > ROUNDED * sizes[0]]
-    return float(np.sum((left.T @ rest) ** 2)) - left.shape[1] * rest.shape[1]
+    return float(np.sum((left.T @ rest) ** 2) - left.shape[1] * rest.shape[1])

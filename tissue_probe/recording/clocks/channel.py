@@ -117,7 +117,8 @@ class Channel:
             self.leave_out("hanging", "repeats one value to the last bit: does its sensor hang?")
             return
         if self._doubted is not None:
-            self._settle(entry)
+            doubted, self._doubted = self._doubted, None
+            self._settle(doubted, entry)
         if self.latest is None or abs(stamp - self.latest.stamp) > LONGEST_SILENCE:
             self._doubted = entry  # the next message tells whether time goes on from here
         else:
@@ -132,9 +133,8 @@ class Channel:
             return False
         return any(entry.row) and entry.stamp - same.stamp > LONGEST_SILENCE
 
-    def _settle(self, entry: ChannelEntry) -> None:
-        """Use the message that was doubted, unless this one goes on from those before it."""
-        doubted, self._doubted = self._doubted, None
+    def _settle(self, doubted: ChannelEntry, entry: ChannelEntry) -> None:
+        """Use a message that was doubted, unless the next one goes on from those before it."""
         stray = (
             entry.stamp <= doubted.stamp
             if self.latest is None

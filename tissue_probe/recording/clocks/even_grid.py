@@ -287,7 +287,8 @@ def _after_jumps(time: FloatArray, values: FloatArray) -> IntArray:
     # White noise of variance 1 has second differences of variance 6, and steps of variance 2.
     noise = NORMAL * float(np.median(np.abs(np.diff(steps)))) / np.sqrt(6.0)
     found = jumps(steps / np.diff(time))
-    return found[np.abs(steps[found - 1]) > RARE * np.sqrt(2.0) * noise]
+    result: IntArray = found[np.abs(steps[found - 1]) > RARE * np.sqrt(2.0) * noise]
+    return result
 
 
 def sample_blocks(
@@ -400,8 +401,8 @@ def _measure_rounding(time: FloatArray) -> float:
     ]
     for digits in range(10):
         if all(np.abs(own - np.round(own, digits)).max() <= precision for own in pieces):
-            return 0.75 * 10.0**-digits + precision
-    return precision
+            return float(0.75 * 10.0**-digits + precision)
+    return float(precision)
 
 
 def _spans(time: FloatArray, rows: list[slice], period: float, even: bool) -> Iterator[Span]:
@@ -433,6 +434,6 @@ def _places(own: FloatArray, period: float) -> IntArray:
 
 def consecutive(count: int, period: float) -> EvenGrid:
     """Return the grid of samples one after the other, the first at time 0."""
-    times = np.arange(count) * period
+    times = np.arange(count, dtype=float) * period
     whole = Span(slice(0, count), 0, times, np.arange(count))
     return EvenGrid(period, (whole,), even=True, notes=())
