@@ -74,7 +74,8 @@ def _name_exhausted(problem: Problem, values: FloatArray) -> tuple[str, ...]:
 
 def _at_end(problem: Problem, values: FloatArray) -> BoolArray:
     rounding = 1e-9 * np.maximum(np.abs(values), np.abs(problem.nominal))
-    return (values <= problem.lower + rounding) | (values >= problem.upper - rounding)
+    found: BoolArray = (values <= problem.lower + rounding) | (values >= problem.upper - rounding)
+    return found
 
 
 def _estimate_rounding(problem: Problem, point: SearchPoint) -> float:

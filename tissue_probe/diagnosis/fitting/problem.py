@@ -144,8 +144,9 @@ class Problem:
         begun = self.states * len(self.measurements)
         self.searched = np.concatenate([self.free, np.ones(begun, dtype=bool)])
         self.by_logarithm = np.concatenate([self.logarithmic, np.zeros(begun, dtype=bool)])
+        flicker = instrument.flicker_noise or 0.0
         self.evenings = [
-            Evening.of(count, instrument.flicker_noise / m.noise.own, m.resampling.power(count))
+            Evening.of(count, flicker / m.noise.own, m.resampling.power(count))
             for m, count in ((m, m.force.size) for m in self.measurements)
         ]
 
