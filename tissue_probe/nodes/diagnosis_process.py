@@ -75,7 +75,8 @@ class DiagnosisProcess:
         answer = pickle.loads(content)
         if isinstance(answer, str):
             raise DiagnosisFailed(answer)
-        return answer
+        found: Verdict | None = answer
+        return found
 
     def close(self) -> None:
         """End it, also within a computation; once is enough."""

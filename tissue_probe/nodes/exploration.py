@@ -182,7 +182,7 @@ class ExploredSites(Source):
 
         wait(self.is_judged, UNTOLD)
         results = self._results()
-        if any(one.has_value for one in results):
+        if self._process is not None and any(one.has_value for one in results):
             told = self._process.submit(final, sites_of(results), self._question)
             self._answer = self._wait_for(told, wait)
 
@@ -191,7 +191,9 @@ class ExploredSites(Source):
         goal = self._goal
         if goal.most_sites and len(self.visited) + planned >= goal.most_sites:
             return True
-        return bool(goal.most_time) and time.monotonic() - self._began >= goal.most_time
+        if not goal.most_time or self._began is None:
+            return False
+        return bool(time.monotonic() - self._began >= goal.most_time)
 
     def _results(self) -> list[SiteResult]:
         return [*self._earlier, *self._outcomes.of(self.begins)]
@@ -201,7 +203,7 @@ class ExploredSites(Source):
         from tissue_probe.mapping.exploration.decision import decide
 
         results = self._results()
-        if not any(one.has_value for one in results):
+        if self._process is None or not any(one.has_value for one in results):
             self._decision = None
             return
         told = {one.stamp for one in results}
@@ -225,7 +227,8 @@ class ExploredSites(Source):
             why = self._outcomes.unknown(self.begins) or "their results on sites say why"
             raise TissueProbeError(f"none of {len(self.begins)} sites has a value: {why}")
         decided, self._decision = self._wait_for(self._decision, wait), None
-        return decided
+        found: Decision = decided
+        return found
 
     def _wait_for(self, future: Future[Any], wait: Wait) -> Any:
         if not wait(future.done, PATIENCE):

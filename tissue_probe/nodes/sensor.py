@@ -36,7 +36,7 @@ from tissue_probe.nodes.timers import every
 from tissue_probe.recording.robot.settings import ROUNDING
 from tissue_probe.sensor.cable import MOST_JOINTS
 from tissue_probe.sensor.compensation import Compensation, compensation, load_file
-from tissue_probe.sensor.free_air import AXES
+from tissue_probe.sensor.free_air import AXES, FreeAir
 from tissue_probe.sensor.identify import Identified, identify
 from tissue_probe.sensor.live import MIDDLE, Left, LiveCompensation
 from tissue_probe.sensor.measured import SLOWEST, Track, stretches
@@ -394,12 +394,12 @@ class Sensor(Node):
             if seconds > looked:
                 looked = seconds + FIRST_LOOK
                 with suppress(TissueProbeError):  # too little so far is no fault of all of it
-                    so_far = identify(stretches(*_tracks(heard)))
+                    so_far = identify(_stretches(_tracks(heard)))
                     feedback.verdict, feedback.missing_poses = so_far.verdict, so_far.missing_poses
             goal.publish_feedback(feedback)
         tracks = _tracks(heard)
         origin = int(min(track.stamps[0] for track in tracks))
-        runs = stretches(*tracks, origin=origin)
+        runs = _stretches(tracks, origin)
         found = identify(runs)
         model = compensation(found, runs, origin)
         _fill(result, found, model)
@@ -469,6 +469,11 @@ def _known(heard: list[Heard]) -> float:
 
 def _tracks(heard: list[Heard]) -> list[Track]:
     return [each.track() for each in heard]
+
+
+def _stretches(tracks: list[Track], origin: int | None = None) -> list[FreeAir]:
+    poses, wrenches, *joints = tracks
+    return stretches(poses, wrenches, joints[0] if joints else None, origin)
 
 
 def _fill(result: IdentifySensor.Result, found: Identified, model: Compensation) -> None:
