@@ -57,7 +57,7 @@ async def made():
 
 
 async def with_ladder(desk):
-    desk.asked = Asked(rig="compliant_probe", starts="at-rest")
+    desk.asked = Asked({"rig": "compliant_probe", "starts": "at-rest"})
     opened = [
         await desk.open(EXAMPLES / name, LAYOUT) for name in ("sweep.csv", "sweep_second.csv")
     ]
@@ -210,7 +210,7 @@ def test_effects_of_ones_own_go_up_the_ladder(run, tmp_path):
     file.write_text(OWN)
 
     async def steps(desk):
-        desk.asked = Asked(rig="compliant_probe", starts="at-rest")
+        desk.asked = Asked({"rig": "compliant_probe", "starts": "at-rest"})
         opened = await desk.open(EXAMPLES / "sweep.csv", LAYOUT)
         await desk.use(opened.number, None)
         found = await desk.take_effects(file)
@@ -262,7 +262,7 @@ def test_a_recording_is_seen_before_any_model_is_fitted(run):
 
 def test_each_effects_curve_is_there_while_others_are_still_tried(run):
     async def steps(desk):
-        desk.asked = Asked(rig="compliant_probe", starts="at-rest")
+        desk.asked = Asked({"rig": "compliant_probe", "starts": "at-rest"})
         opened = await desk.open(EXAMPLES / "sweep.csv", LAYOUT)
         await desk.use(opened.number, None)
         (rung,), pictures, found = desk.rungs, Pictures(desk), {}
@@ -339,7 +339,9 @@ def studied(path, **question):
 
 def test_a_recording_of_the_study_is_asked_about_as_the_study_does(run):
     async def steps(desk):
-        desk.asked = Asked(rig="tolerant_probe", site=3, constants={"damping": (0.0, 0.0)})
+        desk.asked = Asked(
+            {"rig": "tolerant_probe", "site": 3, "constants": {"damping": (0.0, 0.0)}}
+        )
         desk.study = studied(
             EXAMPLES / "sweep.csv",
             **LAYOUT,
@@ -353,9 +355,11 @@ def test_a_recording_of_the_study_is_asked_about_as_the_study_does(run):
 
     desk = run(steps)
     assert desk.asked == Asked(
-        rig="compliant_probe",
-        constants={"tip_mass": (0.04, 0.001), "load_cell_damping": (0.0, 0.0)},
-        without=("springpot",),
+        {
+            "rig": "compliant_probe",
+            "constants": {"tip_mass": (0.04, 0.001), "load_cell_damping": (0.0, 0.0)},
+            "without": ("springpot",),
+        }
     )
     assert desk.fitted is not None
     assert len(desk.rungs) == 1

@@ -11,6 +11,7 @@ from pathlib import Path
 
 from tissue_probe.analysis.choices import OWN_RIG
 from tissue_probe.configuration import stock_example
+from tissue_probe.workbench.page_messages import ExampleMessage
 from tissue_probe.workbench.question import Asked
 
 
@@ -22,7 +23,7 @@ class Example:
     told: str
     files: tuple[str, ...]
     layout: Mapping[str, str] = field(default_factory=dict)
-    asked: Asked = field(default_factory=lambda: Asked(rig=OWN_RIG, starts="at-rest"))
+    asked: Asked = field(default_factory=lambda: Asked({"rig": OWN_RIG, "starts": "at-rest"}))
 
     @property
     def paths(self) -> list[Path]:
@@ -64,6 +65,6 @@ EXAMPLES = {
 }
 
 
-def describe_examples() -> list[dict[str, str]]:
+def describe_examples() -> list[ExampleMessage]:
     """Return names, titles and descriptions."""
     return [{"name": n, "title": each.title, "told": each.told} for n, each in EXAMPLES.items()]

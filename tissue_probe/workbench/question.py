@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import field, make_dataclass, replace
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from typing import Any
 
 from tissue_probe.analysis.asked import ITEMS_BY_NAME, Item
@@ -27,35 +28,34 @@ def checked_question(given: dict[str, Any]) -> dict[str, Any]:
     return {name: _check_statement(name, value) for name, value in given.items()}
 
 
-def _apply_changes(asked: Any, given: dict[str, Any]) -> Any:
-    """Return it with a page's statements, checked."""
-    return replace(asked, **checked_question(given))
+@dataclass(frozen=True)
+class Asked:
+    """The question, by the names of the items: what is stated, and what is supposed elsewhere.
+
+    ``constants`` holds (value, standard deviation) by name.
+    """
+
+    items: Mapping[str, Any] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        whole = {each.name: self.items.get(each.name, _suppose(each)) for each in PAGE_ITEMS}
+        object.__setattr__(self, "items", whole)
+
+    def changed(self, given: dict[str, Any]) -> Asked:
+        """Return it with a page's further statements, checked."""
+        return Asked({**self.items, **checked_question(given)})
+
+    def parameters(self) -> dict[str, Any]:
+        """Return it as ``compare`` and ``diagnose`` take it: None where nothing is stated."""
+        return dict(self.items)
+
+    def of_samples(self) -> dict[str, Any]:
+        """Return the part that is of the samples, and not of the model."""
+        return {name: self.items[name] for name in ("starts", "site", "lowpass", "course")}
 
 
-def _parameters(asked: Any) -> dict[str, Any]:
-    """Return it as ``compare`` and ``diagnose`` take it."""
-    return {each.name: getattr(asked, each.name) for each in PAGE_ITEMS}
-
-
-def _of_samples(asked: Any) -> dict[str, Any]:
-    """Return the part that is of the samples, and not of the model."""
-    return {name: getattr(asked, name) for name in ("starts", "site", "lowpass", "course")}
-
-
-def _field(item: Item) -> tuple[str, Any, Any]:
-    if item.kind in ("constants", "odds"):
-        return item.name, dict[str, Any], field(default_factory=dict)
-    return item.name, Any, field(default=SUPPOSED.get(item.name, item.default))
-
-
-#: Parameters of ``tissue_probe.compare``; None where the user states nothing. ``constants`` holds
-#: (value, standard deviation) by name.
-Asked = make_dataclass(
-    "Asked",
-    map(_field, PAGE_ITEMS),
-    namespace={"changed": _apply_changes, "parameters": _parameters, "of_samples": _of_samples},
-    frozen=True,
-)
+def _suppose(item: Item) -> Any:
+    return {} if item.kind in ("constants", "odds") else SUPPOSED.get(item.name, item.default)
 
 
 def _check_statement(name: str, value: Any) -> Any:

@@ -23,8 +23,9 @@ from tissue_probe.workbench.live import LiveListener
 from tissue_probe.workbench.mapped import raster
 from tissue_probe.workbench.messages import as_json, pack_message
 from tissue_probe.workbench.next_experiment import next_experiment
+from tissue_probe.workbench.page_messages import ChoicesMessage
 from tissue_probe.workbench.pages import Page, Pages
-from tissue_probe.workbench.pictures import Picture, Pictures
+from tissue_probe.workbench.pictures import Arrays, Pictures
 from tissue_probe.workbench.refused import RequestRefused, describe_refusal
 from tissue_probe.workbench.requested import ByName, Command, Effects, OfFile, Request
 from tissue_probe.workbench.workshop import Cancelled
@@ -78,7 +79,7 @@ class Requests:
             "effects": self._take_effects,
             "example": self._example,
         }
-        self._drawn: dict[str, Callable[[Any], Picture]] = {
+        self._drawn: dict[str, Callable[[Any], tuple[object, Arrays]]] = {
             "recorded": self._pictures.draw_recording,
             "lines": self._pictures.lines,
             "dots": self._pictures.dots,
@@ -86,7 +87,7 @@ class Requests:
             "brush": self._pictures.brush,
             "where": self._pictures.where,
             "raster": lambda a: raster(desk.map),
-            "next": lambda a: next_experiment(desk.ranking and desk.ranking.result),
+            "next": lambda a: next_experiment(desk.ranking.result if desk.ranking else None),
         }
 
     def close(self) -> None:
@@ -97,7 +98,7 @@ class Requests:
 
     def greet(self, page: Page) -> None:
         """Tell a page that has just come everything."""
-        page.tell("choices", lambda: as_json({"choices": told.choices() | self._can()}))
+        page.tell("choices", lambda: as_json({"choices": self._choices()}))
         page.tell("desk", lambda: as_json({"desk": told.desk(self.desk)}))
         if (study := self.desk.study) is not None:
             page.tell("study", lambda: as_json({"study": study.describe_study()}))
@@ -117,8 +118,8 @@ class Requests:
         async with self._changing:
             return await change()
 
-    def _can(self) -> dict[str, Any]:
-        return {"live": self.live is not None, "commands": self._commands}
+    def _choices(self) -> ChoicesMessage:
+        return told.choices(self.live is not None, self._commands)
 
     async def _answer(self, page: Page, text: str | bytes) -> None:
         number = None

@@ -9,7 +9,6 @@ from __future__ import annotations
 import json
 import zipfile
 import zlib
-from dataclasses import asdict
 from io import BytesIO
 from pathlib import Path
 from typing import Any
@@ -75,7 +74,7 @@ def state(desk: Desk) -> dict[str, Any]:
         ],
         "fitted": None if desk.fitted is None else place[desk.fitted],
         "second": None if desk.second is None else place[desk.second],
-        "asked": asdict(desk.asked),
+        "asked": desk.asked.parameters(),
         "effects": list(desk.effects),
         "added": [rung.added for rung in desk.rungs[1:]],
     }
@@ -109,7 +108,7 @@ async def restore(desk: Desk, kept: dict[str, Any]) -> None:
         return
     other = _at(opened, whole.second)
     await desk.use(first.number, other.number if other and other.measured else None)
-    if desk.asked.site is not None:
+    if desk.asked.of_samples()["site"] is not None:
         await desk.draw_map(first.number)
     await desk.add_all(whole.added)
 

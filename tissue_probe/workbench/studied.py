@@ -7,7 +7,7 @@ about.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -18,7 +18,8 @@ from tissue_probe.studies.key import key_of_question
 from tissue_probe.studies.plan import Plan, read_plan
 from tissue_probe.studies.row import SHOWN, SIGNALS
 from tissue_probe.studies.running import ROWS
-from tissue_probe.workbench.question import Asked
+from tissue_probe.workbench.page_messages import StudyMessage
+from tissue_probe.workbench.question import PAGE_ITEMS
 from tissue_probe.workbench.refused import RequestRefused
 
 
@@ -48,7 +49,7 @@ class Studied:
     @property
     def asked(self) -> dict[str, Any]:
         """The study's statements on the model, as a page states them: those that the desk knows."""
-        known = {each.name for each in fields(Asked)}
+        known = {each.name for each in PAGE_ITEMS}
         return {
             name: _as_stated(ITEMS_BY_NAME[name].kind, given)
             for name, given in self.plan.question.items()
@@ -67,7 +68,7 @@ class Studied:
             raise RequestRefused(f"the study has no row {row}")
         return Path(self.rows[row]["path"])
 
-    def describe_study(self) -> dict[str, Any]:
+    def describe_study(self) -> StudyMessage:
         """Return the table; recordings by their names, since no page is to know where they lie."""
         shown = [name for name in SHOWN if any(name in each for each in self.rows)]
         names = [*self.plan.factors, *shown]
