@@ -76,7 +76,7 @@ def climbed(run, tmp_path_factory):
 
     async def steps(desk):
         await with_ladder(desk)
-        path = folder / f"kept{state.ENDING}"
+        path = folder / f"kept{state.STATE_ENDING}"
         path.write_bytes(state.packed_state(desk))
         again = Desk(desk.reading, desk.fitting)
         await state.restore(again, state.unpacked_state(path, folder / "again"))
@@ -103,7 +103,7 @@ def test_the_whole_state_in_one_file_gives_the_same_desk(climbed):
 
 def test_a_state_that_is_none_or_points_elsewhere_harms_nothing(climbed, tmp_path):
     _, _, path = climbed
-    bad = tmp_path / f"bad{state.ENDING}"
+    bad = tmp_path / f"bad{state.STATE_ENDING}"
     bad.write_bytes(b"PK\x03\x04 and no more")
     with pytest.raises(RequestRefused, match="no state"):
         state.unpacked_state(bad, tmp_path / "in")

@@ -81,7 +81,7 @@ class AdmittanceResult(Alike):
     stiffest=take.optional(take.number(above=0.0, unit="N/m")),
     gain_margin=take.number(above=1.0, below=100.0),
     phase_margin=take.number(above=0.0, below=90.0, unit="degrees"),
-    axes=take.several(take.choice(*gains_of.AXES), "axes"),
+    axes=take.several(take.choice(*gains_of.TOOL_AXES), "axes"),
     frame=take.text,
     node=take.text,
 )

@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 #: Findings that are told of a recording of this suite too: its driver checks all others.
 TOLD_OF_OWN = ("wrong_polarity", "suspicious_units")
 #: Stiffness of no soft tissue [N/m]: a unit is in doubt.
-STIFFEST = 1e5
+STIFFEST_ESTIMATE = 1e5
 #: A tissue pushes back: an estimate is negative by so much, and by three standard deviations, where
 #: the force has the wrong sign [N/m].
 PULLING = -10.0
@@ -118,7 +118,7 @@ class EstimateResult(Alike):
     def is_doubtful(self) -> bool:
         """Whether ``diagnose`` on the same samples would tell more."""
         doubtful = (Status.MODEL_REJECTED, Status.NO_CONTACT)
-        return self.status in doubtful or self.stiffness > STIFFEST
+        return self.status in doubtful or self.stiffness > STIFFEST_ESTIMATE
 
     def __repr__(self) -> str:
         count = len(self.estimates)

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from tissue_probe.excitation import Excitation
 
 SAMPLE_PERIOD = 5e-4  # s, the paper's 2 kHz
-TIMES = (0.01, 0.02, 0.05, 0.1, 0.2, 1.0)  # s
+SHOWN_TIMES = (0.01, 0.02, 0.05, 0.1, 0.2, 1.0)  # s
 WANTED = 5.0  # per cent, at two standard deviations
 
 
@@ -140,7 +140,7 @@ def summarize(limit: Bound, stiffness: float, damping: float) -> None:
 
     titles = ("time [ms]", "sd of k [N/m]", "[%]", "sd of beta [N s/m]", "[%]")
     table = Table(*(Column(title, justify="right") for title in titles))
-    for time in TIMES:
+    for time in SHOWN_TIMES:
         sample = round(time / SAMPLE_PERIOD)
         if sample < limit.stiffness.size:
             table.add_row(

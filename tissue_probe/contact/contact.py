@@ -17,7 +17,7 @@ from tissue_probe.bounded_yaml import YamlError
 from tissue_probe.errors import MeasurementError, check_file
 from tissue_probe.quantities import SIDE, engineering
 
-FORMAT = "tissue_probe contact 1"
+CONTACT_FORMAT = "tissue_probe contact 1"
 #: Digits of a number in the file: those that the errors of any contact need.
 DIGITS = 9
 
@@ -98,7 +98,7 @@ class Contact(Alike):
     def text(self) -> str:
         """Return the file's text."""
         plain = {name: _rounded(value) for name, value in asdict(self).items()}
-        content = {"format": FORMAT, **plain}
+        content = {"format": CONTACT_FORMAT, **plain}
         return str(yaml.safe_dump(content, sort_keys=False, default_flow_style=None))
 
 
@@ -128,7 +128,7 @@ def load(path: str | Path) -> Contact:
 
 
 def _of_content(content: Any) -> Contact:
-    if not isinstance(content, dict) or content.get("format") != FORMAT:
+    if not isinstance(content, dict) or content.get("format") != CONTACT_FORMAT:
         raise ValueError("it is no contact: give a file that `tissue_probe contact` wrote")
     if content.get("verdict") not in VERDICTS:
         raise ValueError(f"its verdict is none of {', '.join(VERDICTS)}")

@@ -18,7 +18,7 @@ from matplotlib.patheffects import withStroke
 from matplotlib.ticker import MaxNLocator
 
 from tissue_probe.figures.shown_figure import ShownFigure
-from tissue_probe.mapping.posterior.hidden import LARGEST_RADIUS
+from tissue_probe.mapping.posterior.hidden import LARGEST_HIDDEN
 from tissue_probe.mapping.posterior.results import Inclusion, PosteriorMap, Raster
 from tissue_probe.mapping.sites import Sites
 from tissue_probe.signals import FloatArray
@@ -72,8 +72,8 @@ def draw_map(
         (
             f"could hide, {contrast} times stiffer: radius [mm]",
             hide,
-            np.where(np.isnan(hide.radius), LARGEST_RADIUS, MILLIMETRES * hide.radius),
-            (0.0, LARGEST_RADIUS),
+            np.where(np.isnan(hide.radius), LARGEST_HIDDEN, MILLIMETRES * hide.radius),
+            (0.0, LARGEST_HIDDEN),
             "cividis",
         ),
     )

@@ -16,7 +16,7 @@ from tissue_probe.physics.extent import Extent
 
 #: Rates to begin with: from the slowest that a record just tells, so far apart that five reach from
 #: slow creep to the tip's own motion.
-SLOW, APART, RATES = 0.5, 6.0, 5
+SLOWEST_TRIED, RATES_APART, RATES_TRIED = 0.5, 6.0, 5
 #: Near the found ones branches are tried a decade apart.
 DECADE = 10.0
 
@@ -59,7 +59,7 @@ class Branches:
 
     def starts(self, extent: Extent) -> list[dict[str, float]]:
         """Propose rates a factor apart and more, from slow to the tip's own."""
-        rates = [SLOW / extent.duration * APART**i for i in range(RATES)]
+        rates = [SLOWEST_TRIED / extent.duration * RATES_APART**i for i in range(RATES_TRIED)]
         names = [str(rate) for rate in self.rates]
         return [dict(zip(names, some, strict=True)) for some in combinations(rates, self.count)]
 

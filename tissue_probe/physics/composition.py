@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from tissue_probe.physics.response import ResponseKernel
 
 #: Sources that a kernel depends on besides its effects, whose text is part of its name.
-SOURCES = (
+KERNEL_SOURCES = (
     "physics/above.py",
     "physics/coil_course.py",
     "physics/effects/effect.py",
@@ -158,14 +158,14 @@ class Composition:
         from tissue_probe.physics.response import ResponseKernel
 
         digest = hashlib.sha256(self._said.encode()).hexdigest()[:16]
-        return ResponseKernel.load(f"response_{digest}", self._text, SOURCES)
+        return ResponseKernel.load(f"response_{digest}", self._text, KERNEL_SOURCES)
 
     @property
     def _said(self) -> str:
         """Text that tells the model from any other, whose code is on disk too.
 
-        The name of a rig of the package stands for the equations in ``SOURCES``; those of a user's
-        own have to be composed.
+        The name of a rig of the package stands for the equations in ``KERNEL_SOURCES``; those of a
+        user's own have to be composed.
         """
         if RIGS.get(self.rig.name) is not self.rig:
             return repr(self.model)

@@ -20,10 +20,10 @@ from tissue_probe.physics.program import Program
 BEGUN = sp.Symbol("begun", real=True)
 
 # Of the Taylor series of the motion (exact to 1e-10) and of its derivatives (to 1e-7), while
-# Fujiwara's bound on the eigenvalues of A dt stays below LONGEST.
+# Fujiwara's bound on the eigenvalues of A dt stays below LONGEST_STEP.
 TERMS = 8
 TANGENT_TERMS = 6
-LONGEST = 0.6
+LONGEST_STEP = 0.6
 LONGEST_RUNGE_KUTTA = 0.12
 # Into more parts no step is divided, so that none takes seconds: a model so fast, or sampled so
 # rarely, is out of reach, and its states end as they may.
@@ -76,7 +76,7 @@ def exact_step(
     """
     if not _is_steady(model):
         raise ValueError("the exact step needs a steady model that is linear in its states")
-    share = _share(program, model, period, LONGEST)
+    share = _share(program, model, period, LONGEST_STEP)
     dt = program.let("dt", period * share)
     system = _system(program, model, model.motion, dt)
     by_parameter = {

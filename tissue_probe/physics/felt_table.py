@@ -26,13 +26,13 @@ if TYPE_CHECKING:
     from tissue_probe.physics.phantom import Nodule
 
 #: Columns that a table has, and those that it may have.
-NEEDED, OPTIONAL = ("x", "y", "k"), ("z", "beta")
+FELT_NEEDED, FELT_OPTIONAL = ("x", "y", "k"), ("z", "beta")
 #: beta / k where the table has no damping [s]: that of the stock phantom, 5 N s/m at 450 N/m.
 TIME_CONSTANT = 5.0 / 450.0
 #: A recording holds its phantom, in a document no longer than ``bounded_yaml.SIZE``.
 MOST_POINTS = 2500
 #: The softest and stiffest tissue [N/m], and the most damping [N s/m], as of a phantom of nodules.
-SOFTEST, STIFFEST, MOST_DAMPING = 1.0, 1e5, 1e3
+SOFTEST, STIFFEST_FELT, MOST_DAMPING = 1.0, 1e5, 1e3
 #: Places to the nanometre and values to seven digits: as the recording has them, so the probe.
 _DECIMALS, _DIGITS = 9, 7
 
@@ -92,7 +92,7 @@ class FeltTable(BaseModel):
     @model_validator(mode="after")
     def _is_sound(self) -> FeltTable:
         count = len(self.x)
-        for name in (*NEEDED[1:], *(each for each in OPTIONAL if getattr(self, each))):
+        for name in (*FELT_NEEDED[1:], *(each for each in FELT_OPTIONAL if getattr(self, each))):
             if len(getattr(self, name)) != count:
                 raise ValueError(f"{name} has {len(getattr(self, name))} values, x {count}")
         if count > MOST_POINTS:
@@ -104,7 +104,7 @@ class FeltTable(BaseModel):
             ("x", -FARTHEST_PLACE, FARTHEST_PLACE, "m"),
             ("y", -FARTHEST_PLACE, FARTHEST_PLACE, "m"),
             ("z", -FARTHEST_PLACE, FARTHEST_PLACE, "m"),
-            ("k", SOFTEST, STIFFEST, "N/m"),
+            ("k", SOFTEST, STIFFEST_FELT, "N/m"),
             ("beta", 0.0, MOST_DAMPING, "N s/m"),
         ):
             values = np.array(getattr(self, name))
@@ -196,13 +196,13 @@ def _columns(path: Path) -> dict[str, list[float]]:
         try:
             rows = csv.DictReader(file, skipinitialspace=True)
             names = [name.strip() for name in rows.fieldnames or ()]
-            if missing := [name for name in NEEDED if name not in names]:
+            if missing := [name for name in FELT_NEEDED if name not in names]:
                 raise ValueError(
                     f"there is no column {', '.join(missing)}; a table of a phantom has the "
                     "columns x, y [m], k [N/m], and perhaps z [m] and beta [N s/m], after commas"
                 )
             rows.fieldnames = names
-            wanted = [name for name in (*NEEDED, *OPTIONAL) if name in names]
+            wanted = [name for name in (*FELT_NEEDED, *FELT_OPTIONAL) if name in names]
             found: dict[str, list[float]] = {name: [] for name in wanted}
             for row in rows:
                 for name in wanted:

@@ -55,14 +55,14 @@ from tissue_probe.physics.tissues import EXTENSION
 
 #: Entry points of this group are effects, too.
 GROUP = "tissue_probe.effects"
-SIGNALS = (
+LIBRARY_SIGNALS = (
     INDENTATION, ELASTIC_DEPTH, ELASTIC_RATE, TIP_VELOCITY, TISSUE_FORCE, STRETCH, NET_FORCE, FORCE,
     POSITION, POSITION_RATE, TIME, INPUT2,
 )  # fmt: skip
 MODEL = (MASS, CELL_STIFFNESS, CELL_DAMPING, CONTACT, STIFFNESS, DAMPING)
 ELSEWHERE = (POSITION_ACCELERATION, POSITION_BEFORE, OFFSET, TIP_POSITION, EXTENSION)
 #: A recording like many, on which an effect's proposals are tried.
-USUAL = Extent(
+USUAL_EXTENT = Extent(
     duration=2.0, indentation=1e-3, depth=2e-3, speed=0.06, force=0.3, pull=0.2, step=1e-7
 )
 
@@ -205,7 +205,7 @@ def _form_complaints(effect: Effect, library: Mapping[str, Effect]) -> Iterator[
     except TypeError:
         yield "holds a list, a set or a dict: write tuples, as for parameters=(...,)"
         return
-    taken = {str(s): "of the model" for s in (*SIGNALS, *ELSEWHERE)}
+    taken = {str(s): "of the model" for s in (*LIBRARY_SIGNALS, *ELSEWHERE)}
     taken |= {entry.name: "of the model" for entry in (*CONSTANTS.values(), *TISSUE)}
     # One and the same switch, such as contact, may serve several effects.
     shared = {switch for other in library.values() for switch in other.switches}
@@ -226,14 +226,14 @@ def _form_complaints(effect: Effect, library: Mapping[str, Effect]) -> Iterator[
             )
     if not 0 <= effect.strengths <= len(effect.parameters) and effect.parameters:
         yield f"says strengths={effect.strengths}, but has {len(effect.parameters)} parameters"
-    known = {*SIGNALS, *_own(effect), *MODEL}
+    known = {*LIBRARY_SIGNALS, *_own(effect), *MODEL}
     for symbol in sorted(_used(effect) - known, key=str):
         yield (
             f"uses the symbol {symbol}, which nothing tells: make it a Parameter, or import it "
             "from tissue_probe.physics.effects.effect"
         )
     names = {entry.name for entry in effect.parameters} | {entry.name for entry in TISSUE}
-    for start in effect.starts(USUAL):
+    for start in effect.starts(USUAL_EXTENT):
         if unknown := sorted(set(start) - names):
             yield f"proposes starts for {', '.join(unknown)}, which it has not"
     if effect.parameters and not effect.switches and changed(effect):

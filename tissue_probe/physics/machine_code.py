@@ -82,7 +82,7 @@ Written = tuple[str, Callable[[], Text]]
 def load(
     name: str,
     write: Callable[[], Text],
-    sources: tuple[str, ...] = compiled.ALL,
+    sources: tuple[str, ...] = compiled.ALL_SOURCES,
     beside: Callable[[Mapping[str, Any]], Written] | None = None,
 ) -> MachineCode:
     """Return the functions of a text, compiled first where no earlier process has.

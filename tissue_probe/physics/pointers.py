@@ -14,7 +14,7 @@ from numba.extending import intrinsic
 _FunctionT = TypeVar("_FunctionT", bound=Callable[..., object])
 
 #: For ``cfunc``, of an integrator of a model: arrays, sizes, sample period, time of first sample.
-RUN = types.void(
+RUN_TYPE = types.void(
     types.CPointer(types.CPointer(types.float64)), types.CPointer(types.int64),
     types.float64, types.float64,
 )  # fmt: skip

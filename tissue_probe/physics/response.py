@@ -44,9 +44,9 @@ _POSITION = ctypes.CFUNCTYPE(None, ctypes.c_int64, *5 * [ctypes.c_void_p])
 #: Ranges of the tip's speed, each of which has its own length of steps.
 RANGES = 18
 #: Degree of the usual course.
-CUBIC = 3
+COURSE_DEGREE = 3
 #: Bytes of a line of the processor's cache.
-LINE = 64
+CACHE_LINE = 64
 
 
 @dataclass(frozen=True)
@@ -201,12 +201,12 @@ class Fineness:
         How many times more parts a step is divided into than the model's fastest eigenvalue asks.
     """
 
-    degree: int = CUBIC
+    degree: int = COURSE_DEGREE
     parts: int = 1
 
 
 #: As coarse as ever.
-USUAL = Fineness()
+USUAL_FINENESS = Fineness()
 
 
 @dataclass(frozen=True)
@@ -247,7 +247,7 @@ def course(
     begins: float = 0.0,
     at_rest: bool = True,
     between: Between = Between.smooth,
-    fineness: Fineness = USUAL,
+    fineness: Fineness = USUAL_FINENESS,
     input2: FloatArray | None = None,
 ) -> Course:
     """Interpolate the true course of the input through its measured samples.
@@ -382,7 +382,7 @@ def _pieces(
         return steps(values)
     if between is Between.straight:
         return lines(values, period)
-    if degree > CUBIC and values.size >= 2 * degree:
+    if degree > COURSE_DEGREE and values.size >= 2 * degree:
         return splines(values, period, degree)
     pieces = cubics(values, period)
     return with_acceleration(pieces, period) if felt else pieces
@@ -475,8 +475,8 @@ def _in_steps(n: int, columns: int, switches: int) -> tuple[FloatArray, ...]:
 
 def _aligned(count: int) -> FloatArray:
     """Return zeros that begin where a line of the cache does: read by fours, none crosses one."""
-    zeros = np.zeros(count + LINE // 8)
-    return zeros[-zeros.ctypes.data % LINE // 8 :][:count]
+    zeros = np.zeros(count + CACHE_LINE // 8)
+    return zeros[-zeros.ctypes.data % CACHE_LINE // 8 :][:count]
 
 
 def _exactly(n: int, columns: int, order: int) -> tuple[FloatArray, ...]:

@@ -16,7 +16,7 @@ import sympy as sp
 from llvmlite import ir
 
 from tissue_probe.physics.effects.effect import FORCE, INPUT2, POSITION, TIME, State
-from tissue_probe.physics.llvm_code import ARRAY, COUNT, NUMBER, Function
+from tissue_probe.physics.llvm_code import ARRAY, COUNT_TYPE, NUMBER, Function
 from tissue_probe.physics.machine_code import Text
 from tissue_probe.physics.model import Model
 
@@ -241,7 +241,7 @@ def _relaxation_rate(model: Model, state: State) -> sp.Expr:
 def _position(module: ir.Module, model: Model, moves: Sequence[sp.Symbol]) -> None:
     """Fill the true positions of all samples, then, a row for each value, their derivatives."""
     arrays = dict.fromkeys(("times", "measured", "p", "true", "changed"), ARRAY)
-    function = Function(module, "position", {"count": COUNT, **arrays})
+    function = Function(module, "position", {"count": COUNT_TYPE, **arrays})
     function.load("p", model.values)
     with function.loop("count") as sample:
         function.load("times", [TIME], sample)

@@ -13,15 +13,15 @@ from numba import cfunc
 
 from tissue_probe.physics.coil_course import coil_course
 from tissue_probe.physics.model_functions import LINKED, output, rate, switch  # noqa: F401
-from tissue_probe.physics.pointers import RUN, Pointer, compile_fused, compile_inner, further
+from tissue_probe.physics.pointers import RUN_TYPE, Pointer, compile_fused, compile_inner, further
 
-# The fastest eigenvalue times a part's length stays below LONGEST: a step is divided. A branch that
-# relaxes follows the tip's speed, which is smooth, and its rate times the length below SMOOTHLY.
-LONGEST, SMOOTHLY = 0.8, 1.6
-FEWEST, MOST = 1, 64
+# The fastest eigenvalue times a part's length stays below LONGEST_PART: a step is divided. A branch
+# that relaxes follows the tip's speed, which is smooth: its rate times the length is below SMOOTHLY.
+LONGEST_PART, SMOOTHLY = 0.8, 1.6
+FEWEST_PARTS, MOST_PARTS = 1, 64
 # Friction is stiff at rest, yielding at speed: a step is divided by the number found in its range
-# of the tip's speed. The ranges are those up to SLOWEST [m/s], twice that and so on.
-SLOWEST = 1e-5
+# of the tip's speed. The ranges are those up to SLOWEST_TIP [m/s], twice that and so on.
+SLOWEST_TIP = 1e-5
 # A range is looked at when it is met the first time, so many times later, and ever more rarely.
 AGAIN = 16.0
 # Switches within one part beyond this many are left to the next one (chatter).
@@ -181,7 +181,7 @@ def _parts(
         for j in range(n):
             T[i * n + j] = slope[i * q + j]
     relaxing = _fastest_branch(T, n, tip) * period / SMOOTHLY
-    fewest = max(FEWEST, math.ceil(min(relaxing, MOST)))
+    fewest = max(FEWEST_PARTS, math.ceil(min(relaxing, MOST_PARTS)))
     logarithm = 0.0
     for squaring in range(SQUARINGS + 1):
         norm = 0.0
@@ -191,7 +191,7 @@ def _parts(
         if norm == 0.0:
             return fewest
         if not norm < math.inf:
-            return MOST
+            return MOST_PARTS
         logarithm = 2.0 * logarithm + math.log(norm)
         if squaring == SQUARINGS:
             break
@@ -204,9 +204,9 @@ def _parts(
                 for j in range(n):
                     T[i * n + j] += factor * squared[k * n + j]
     fastest = math.exp(logarithm / 2.0**SQUARINGS)
-    if not fastest * period / LONGEST < MOST:
-        return MOST
-    return max(fewest, math.ceil(fastest * period / LONGEST))
+    if not fastest * period / LONGEST_PART < MOST_PARTS:
+        return MOST_PARTS
+    return max(fewest, math.ceil(fastest * period / LONGEST_PART))
 
 
 @compile_inner
@@ -223,7 +223,7 @@ def _lowest(g: float, rise: float, g1: float, rise1: float) -> tuple[float, floa
     return share, g + share * (rise + share * (square + share * cube))
 
 
-@cfunc(RUN, error_model="numpy")
+@cfunc(RUN_TYPE, error_model="numpy")
 def run(arrays: Pointer[Pointer[float]], sizes: Pointer[int], period: float, begins: float) -> None:
     """Integrate.
 
@@ -272,7 +272,7 @@ def run(arrays: Pointer[Pointer[float]], sizes: Pointer[int], period: float, beg
         before = speed
         parts = 1
         for at in (speed, 0.0 if ahead * speed <= 0.0 else ahead):
-            pace = min(int(math.log2(max(abs(at) / SLOWEST, 1.0))), ranges - 1)
+            pace = min(int(math.log2(max(abs(at) / SLOWEST_TIP, 1.0))), ranges - 1)
             met[pace] += 1
             if met[pace] == due[pace]:
                 due[pace] = max(2.0 * due[pace], AGAIN)

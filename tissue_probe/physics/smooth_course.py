@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 FloatArray = NDArray[np.float64]
 
 #: Degree of the splines by which a simulation is read off: it may have bends.
-CUBIC = 3
+SPLINE_DEGREE = 3
 
 
 class _Spline(NamedTuple):
@@ -92,8 +92,8 @@ def at_times(columns: FloatArray, period: float, times: FloatArray) -> FloatArra
     """
     from scipy.linalg.lapack import dgbtrs
 
-    spline = _spline(len(columns), CUBIC)
-    found, _ = dgbtrs(spline.factor, CUBIC, CUBIC, columns, spline.pivots)
+    spline = _spline(len(columns), SPLINE_DEGREE)
+    found, _ = dgbtrs(spline.factor, SPLINE_DEGREE, SPLINE_DEGREE, columns, spline.pivots)
     read = _values(len(columns), (times / period).tobytes())
     result: FloatArray = (read @ found).reshape(len(times), *columns.shape[1:])
     return result
@@ -105,7 +105,7 @@ def _values(count: int, places: bytes) -> csr_array:
     from scipy.interpolate import BSpline
 
     at = np.minimum(np.frombuffer(places), count - 1.0)
-    return BSpline.design_matrix(at, _knots(count, CUBIC), CUBIC)
+    return BSpline.design_matrix(at, _knots(count, SPLINE_DEGREE), SPLINE_DEGREE)
 
 
 @for_a_call(16)

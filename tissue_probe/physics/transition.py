@@ -13,10 +13,10 @@ from numba import cfunc
 
 from tissue_probe.physics.coil_course import coil_course
 from tissue_probe.physics.model_functions import LINKED, output, rate  # noqa: F401
-from tissue_probe.physics.pointers import RUN, Pointer, compile_fused, compile_inner, further
+from tissue_probe.physics.pointers import RUN_TYPE, Pointer, compile_fused, compile_inner, further
 
-# Terms of the Taylor series; a step is halved until the argument of its terms is below LARGEST.
-ORDER, LARGEST, HALVINGS = 11, 0.5, 24
+# Terms of the Taylor series; a step is halved until their argument is below LARGEST_ARGUMENT.
+TAYLOR_TERMS, LARGEST_ARGUMENT, STEP_HALVINGS = 11, 0.5, 24
 # A start of which less is left is forgotten: processors take a hundred times as long to compute
 # with numbers as small as decay ends in (subnormal ones).
 FORGOTTEN = 1e-100
@@ -167,12 +167,14 @@ def _transitions(
         for k in range(n):
             square += M[i * size + k] * M[k * size + i]
     halvings = 0
-    while math.sqrt(square) * period > LARGEST * 2.0**halvings and halvings < HALVINGS:
+    while (
+        math.sqrt(square) * period > LARGEST_ARGUMENT * 2.0**halvings and halvings < STEP_HALVINGS
+    ):
         halvings += 1
     h = period / 2.0**halvings
     for i in range(size):
         E[i * size + i], term[i * size + i] = 1.0, 1.0
-    for order in range(1, ORDER + 1):
+    for order in range(1, TAYLOR_TERMS + 1):
         for j in range(values):
             if place[j] < 0:
                 continue
@@ -246,7 +248,7 @@ def _places(
     return count
 
 
-@cfunc(RUN, error_model="numpy", fastmath={"contract"})
+@cfunc(RUN_TYPE, error_model="numpy", fastmath={"contract"})
 def run(arrays: Pointer[Pointer[float]], sizes: Pointer[int], period: float, begins: float) -> None:
     """Integrate; ``sizes`` as for ``runge_kutta``.
 

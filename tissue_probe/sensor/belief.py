@@ -9,7 +9,7 @@ import numpy as np
 from numpy.polynomial import legendre
 
 from tissue_probe.sensor.noise import Colour
-from tissue_probe.sensor.numbers import BIAS, RATE, Point
+from tissue_probe.sensor.numbers import BIAS_PLACES, RATE_PLACES, Point
 from tissue_probe.sensor.smoothed import Smoothed
 from tissue_probe.signals import FloatArray
 
@@ -172,7 +172,10 @@ def normal_equations(
 def _forgotten(moved: FloatArray, unrest: FloatArray, passed: float) -> FloatArray:
     """Return the covariance that a random walk of the rates adds."""
     added, t = np.zeros_like(moved), abs(passed)
-    bias, rate = np.arange(BIAS.start, BIAS.stop), np.arange(RATE.start, RATE.stop)
+    bias, rate = (
+        np.arange(BIAS_PLACES.start, BIAS_PLACES.stop),
+        np.arange(RATE_PLACES.start, RATE_PLACES.stop),
+    )
     added[bias, bias] = unrest * t**3 / 3.0
     added[rate, rate] = unrest * t
     added[bias, rate] = added[rate, bias] = np.sign(passed) * unrest * t**2 / 2.0

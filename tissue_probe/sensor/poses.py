@@ -8,7 +8,7 @@ import numpy as np
 
 from tissue_probe.sensor.free_air import FreeAir
 from tissue_probe.sensor.kinematics import turned_by
-from tissue_probe.sensor.numbers import BEFORE, CORE, Point
+from tissue_probe.sensor.numbers import CORE, PRIOR_DEVIATIONS, Point
 from tissue_probe.sensor.smoothed import Smoothed
 from tissue_probe.sensor.told import Number, numbers
 from tissue_probe.signals import FloatArray
@@ -16,9 +16,9 @@ from tissue_probe.signals import FloatArray
 #: A pose is held, or a swing lasts, for so long [s].
 LASTS = 4.0
 #: A swing: either way [rad], times a second [Hz]: 2 rad/s and 10 rad/s2 at most, within any wrist.
-SWING, FREQUENCY = 0.35, 0.9
+SWING, SWING_FREQUENCY = 0.35, 0.9
 #: More at once nobody would do: one looks again after these.
-MOST = 3
+MOST_MOVES = 3
 #: A pose is worth naming where an error falls below this part of it: where the pose tells as much
 #: as all the others together.
 WORTH = 1.0 / np.sqrt(2.0)
@@ -37,10 +37,10 @@ def missing_poses(
         The last one, from which turns begin.
     """
     core = Point(point.values[:CORE], point.time)
-    believed = covariance[:CORE, :CORE] + 1e-12 * np.diag(BEFORE**2)
+    believed = covariance[:CORE, :CORE] + 1e-12 * np.diag(PRIOR_DEVIATIONS**2)
     sentences: list[str] = []
     moves = [(words, _information(run, core, noise)) for words, run in _moves(orientation, core)]
-    while len(sentences) < MOST and any(not n.told for n in numbers(core, believed, noise)):
+    while len(sentences) < MOST_MOVES and any(not n.told for n in numbers(core, believed, noise)):
         before = numbers(core, believed, noise)
         information = np.linalg.inv(believed)
         tried = [np.asarray(np.linalg.inv(information + added), float) for _, added in moves]
@@ -71,10 +71,10 @@ def _moves(orientation: FloatArray, point: Point) -> Iterator[tuple[str, FreeAir
             said = f"turn the flange by {words} about its {letter} axis, and hold it {LASTS:g} s"
             yield said, _run(np.repeat(turned, 1000, axis=0), point)
         time = np.arange(1000) * LASTS / 1000
-        swing = SWING * np.sin(2.0 * np.pi * FREQUENCY * time)
+        swing = SWING * np.sin(2.0 * np.pi * SWING_FREQUENCY * time)
         said = (
             f"swing the flange about its {letter} axis by {np.degrees(SWING):.0f} degrees either "
-            f"way, {FREQUENCY:g} times a second, for {LASTS:g} s"
+            f"way, {SWING_FREQUENCY:g} times a second, for {LASTS:g} s"
         )
         yield said, _run(_turned(orientation, axis, swing), point)
 

@@ -12,7 +12,7 @@ from tissue_probe.report.frequency_plot import GROUPS, FrequencyPlot, FrequencyP
 from tissue_probe.studies.exclusion import left_out
 from tissue_probe.studies.result import deviation_of
 
-PARTS = {"storage": "Storage k", "loss": "Loss 2πfβ"}
+FREQUENCY_PARTS = {"storage": "Storage k", "loss": "Loss 2πfβ"}
 
 
 def plots_over_frequency(
@@ -34,7 +34,7 @@ def plots_over_frequency(
         used = [each for each in used if by in each]
     groups = sorted({str(each[by]) for each in used}) if by else []
     shown = groups if len(groups) <= GROUPS else []
-    for name, title in PARTS.items():
+    for name, title in FREQUENCY_PARTS.items():
         points = [_point(each, name, by, shown, links) for each in used if _is_drawable(each, name)]
         if points:
             note = _note(len(used) - len(points), by, groups, shown)

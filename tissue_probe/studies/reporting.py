@@ -23,14 +23,14 @@ from tissue_probe.report.study_page import Factor, Forest, Level, Line, StudyPag
 from tissue_probe.studies.exclusion import left_out
 from tissue_probe.studies.over_frequency import plots_over_frequency
 from tissue_probe.studies.result import StudyResult, deviation_of
-from tissue_probe.studies.row import ROW_HAS, SHOWN, SIGNALS
+from tissue_probe.studies.row import ROW_HAS, SHOWN, SIGNAL_STATEMENTS
 from tissue_probe.studies.spread import Spread
 
 #: Lines of a forest, rows of the list: a reader looks at no more, and the page stays light.
-DRAWN, LISTED = 100, 1000
+LINES_DRAWN, LISTED = 100, 1000
 #: Levels of a factor that are compared; one with more (specimens, days) is only counted.
 LEVELS = 12
-UNITS = {"stiffness": "N/m", "damping": "N s/m"}
+PARAMETER_UNITS = {"stiffness": "N/m", "damping": "N s/m"}
 NAMES = {"stiffness": "Stiffness k", "damping": "Damping beta"}
 
 
@@ -104,7 +104,7 @@ def _link(row: Mapping[str, Any], folder: Path) -> str:
 
 
 def _command(row: Mapping[str, Any], question: Mapping[str, Any], folder: Path) -> str:
-    known = {*Asked.__annotations__, *SIGNALS}
+    known = {*Asked.__annotations__, *SIGNAL_STATEMENTS}
     stated = {name: given for name, given in question.items() if name in known}
     stated["output"] = str(folder / report_folder(row))
     return " ".join(["tissue_probe improve", quote(row["path"]), *as_options(stated)])
@@ -146,7 +146,7 @@ def _spread_lines(found: Spread) -> Iterator[tuple[str, str]]:
 
 
 def _called(value: str) -> str:
-    unit = f" [{UNITS[value]}]" if value in UNITS else ""
+    unit = f" [{PARAMETER_UNITS[value]}]" if value in PARAMETER_UNITS else ""
     return f"{NAMES.get(value, value)}{unit}"
 
 
@@ -190,9 +190,14 @@ def _forest(
     note = "Bars: 95 % intervals of each recording alone."
     if spread:
         note += " Rings: its value where its specimen and group count, too. Diamonds: means."
-    if len(lines) > DRAWN:
-        note += f" The first {DRAWN} of {len(lines)} recordings are drawn."
-    return Forest(NAMES.get(value, value), UNITS.get(value, "SI"), note, [*heads, *lines[:DRAWN]])
+    if len(lines) > LINES_DRAWN:
+        note += f" The first {LINES_DRAWN} of {len(lines)} recordings are drawn."
+    return Forest(
+        NAMES.get(value, value),
+        PARAMETER_UNITS.get(value, "SI"),
+        note,
+        [*heads, *lines[:LINES_DRAWN]],
+    )
 
 
 def _factor(found: StudyResult, name: str, value: str, specimen: str) -> Factor:

@@ -94,7 +94,7 @@ def application(requests: Requests, folder: Path) -> Starlette:
 
     async def upload(request: Request) -> Response:
         path = await uploads.keep(_file_name(request), request.stream(), folder)
-        if path.suffix == state.ENDING:
+        if path.suffix == state.STATE_ENDING:
             await requests.change(lambda: _open_state(requests, path))
             return JSONResponse({"state": True})
         opened = await requests.change(lambda: _open(requests, path))

@@ -22,7 +22,7 @@ from tissue_probe.workbench.uploads import LARGEST_UPLOAD, plain
 
 VERSION = 1
 #: The file's ending, and its member that tells the rest.
-ENDING, MEMBER = ".workbench", "desk.json"
+STATE_ENDING, MEMBER = ".workbench", "desk.json"
 #: Errors of reading an archive that is damaged, locked or packed in an unknown way.
 ARCHIVE_ERRORS = (
     OSError,

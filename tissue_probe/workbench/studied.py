@@ -16,8 +16,8 @@ from tissue_probe.studies.dataset import Dataset
 from tissue_probe.studies.exclusion import left_out
 from tissue_probe.studies.key import key_of_question
 from tissue_probe.studies.plan import Plan, read_plan
-from tissue_probe.studies.row import SHOWN, SIGNALS
-from tissue_probe.studies.running import ROWS
+from tissue_probe.studies.row import SHOWN, SIGNAL_STATEMENTS
+from tissue_probe.studies.running import ROWS_FOLDER
 from tissue_probe.workbench.page_messages import StudyMessage
 from tissue_probe.workbench.question import PAGE_ITEMS
 from tissue_probe.workbench.refused import RequestRefused
@@ -44,7 +44,9 @@ class Studied:
     @property
     def layout(self) -> dict[str, Any]:
         """The study's statements on its recordings' signals."""
-        return {name: each for name, each in self.plan.question.items() if name in SIGNALS}
+        return {
+            name: each for name, each in self.plan.question.items() if name in SIGNAL_STATEMENTS
+        }
 
     @property
     def asked(self) -> dict[str, Any]:
@@ -107,7 +109,7 @@ def opened_study(path: Path) -> Studied:
     plan = read_plan(path)
     question = key_of_question(plan.task, plan.question)
     of = {str(each.resolve()): place for place, each in enumerate(plan.recordings)}
-    there = [each for each in Dataset(plan.output / ROWS).read() if each["path"] in of]
+    there = [each for each in Dataset(plan.output / ROWS_FOLDER).read() if each["path"] in of]
     # A plan that has changed since asks another question than the rows that are there answer.
     rows = [each for each in there if each.get("question") == question]
     if not rows:

@@ -16,7 +16,7 @@ from starlette.responses import PlainTextResponse, Response
 from tissue_probe.workbench.notebook import notebook
 from tissue_probe.workbench.refused import RequestRefused
 from tissue_probe.workbench.requests import Requests
-from tissue_probe.workbench.state import ENDING, packed_state
+from tissue_probe.workbench.state import STATE_ENDING, packed_state
 
 #: Of each file its type, told to the browser.
 TAKEN_TYPES = {
@@ -24,7 +24,7 @@ TAKEN_TYPES = {
     "report.html": "text/html",
     "map.html": "text/html",
     "steps.ipynb": "application/x-ipynb+json",
-    f"desk{ENDING}": "application/zip",
+    f"desk{STATE_ENDING}": "application/zip",
 }
 
 

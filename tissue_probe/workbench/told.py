@@ -40,7 +40,7 @@ from tissue_probe.workbench.refused import RequestRefused
 
 #: A slider goes to this many times its 95 % interval, and at least so far from the value in shares
 #: of it: to see the influence of a parameter it must be moved by more than it is known.
-INTERVALS, LEAST = 4.0, 0.5
+INTERVALS, LEAST_REACH = 4.0, 0.5
 
 
 def choices(live: bool, commands: bool) -> ChoicesMessage:
@@ -181,8 +181,8 @@ def _parameters(compared: ComparisonResult) -> list[ParameterMessage]:
     found = []
     for row in compared.parameters.to_dict():
         entry, value = entries[row["name"]], row["value"]
-        known = max(INTERVALS * SIDE * row["deviation"], LEAST * abs(value))
-        far = known or LEAST * abs(entry.default) or 1.0
+        known = max(INTERVALS * SIDE * row["deviation"], LEAST_REACH * abs(value))
+        far = known or LEAST_REACH * abs(entry.default) or 1.0
         ends = {"from": max(value - far, entry.lower), "to": min(value + far, entry.upper)}
         found.append(cast(ParameterMessage, row | ends))
     return found

@@ -17,7 +17,7 @@ import numpy as np
 from tissue_probe.signals import NANOSECONDS
 from tissue_probe.workbench.messages import pack_message
 from tissue_probe.workbench.page_messages import LiveMessage, MapMessage
-from tissue_probe.workbench.worker import DONE, FRAME, TOLD
+from tissue_probe.workbench.worker import DONE, FRAME, WORK_TOLD
 
 #: A map, which must reach every page, unlike samples of a moment ago.
 MAP_KIND = b"m"
@@ -50,7 +50,7 @@ def main() -> None:
             time.sleep(MESSAGE_PERIOD)
             watch.hear()
             head, arrays = _take_messages(watch)
-            _write(answer, TOLD, pack_message({"live": head}, arrays))
+            _write(answer, WORK_TOLD, pack_message({"live": head}, arrays))
             if watch.map is not told_map:
                 told_map = watch.map
                 _write(answer, MAP_KIND, _map(watch.map))

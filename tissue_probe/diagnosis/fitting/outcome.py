@@ -15,7 +15,7 @@ from tissue_probe.diagnosis.fitting.point import SearchPoint, scale_of
 from tissue_probe.diagnosis.fitting.problem import Problem
 from tissue_probe.diagnosis.observation.measurement import Measurement
 from tissue_probe.diagnosis.residuals.whiteness import colour, unevenness
-from tissue_probe.physics.rounding import COARSE, smoothed
+from tissue_probe.physics.rounding import COARSE_STEP, smoothed
 from tissue_probe.signals import BoolArray, FloatArray
 
 #: Parts of a record that are left out of the fit in turn.
@@ -87,7 +87,7 @@ def _estimate_rounding(problem: Problem, point: SearchPoint) -> float:
     """
     kernel, values = problem.kernel, point.values.copy()
     smooths = kernel.rounded >= 0 and values[kernel.rounded] > 0
-    coarse = COARSE * problem.composition.scale.length
+    coarse = COARSE_STEP * problem.composition.scale.length
     fine = all(measurement.extent.step <= coarse for measurement in problem.measurements)
     if not smooths and not (kernel.moves_position and fine):
         return 0.0

@@ -24,7 +24,7 @@ from tissue_probe.diagnosis.residuals.noise_floor import (
     noise_not_felt,
 )
 from tissue_probe.physics.extent import Extent
-from tissue_probe.physics.response import USUAL as COARSE
+from tissue_probe.physics.response import USUAL_FINENESS as COARSE
 from tissue_probe.physics.response import Between, Fineness
 from tissue_probe.physics.rigs import Rig
 from tissue_probe.physics.scale import USUAL, Scale

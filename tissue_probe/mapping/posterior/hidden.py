@@ -23,7 +23,7 @@ from tissue_probe.mapping.posterior.sampling import States
 from tissue_probe.mapping.posterior.shape import squared_distance
 from tissue_probe.signals import BoolArray, FloatArray, IntArray
 
-LARGEST_RADIUS = 10.0  # mm
+LARGEST_HIDDEN = 10.0  # mm
 _STEP, _COARSE = 0.5, 2.0  # mm, of radii
 _HIDDEN_STATES = 50
 #: Less probable than this is excluded.
@@ -104,7 +104,7 @@ def _radii(
                         covered[s] = True
                         longest = math.exp(rows[s, m, LOG_RADIUS] + 0.5 * rows[s, m, LOG_ASPECT])
                         largest = max(largest, longest)
-            radius, step = LARGEST_RADIUS, _COARSE
+            radius, step = LARGEST_HIDDEN, _COARSE
             while True:
                 if (
                     radius > 0.0
@@ -124,7 +124,7 @@ def _radii(
                     < _EXCLUDED
                 ):
                     radius -= step
-                elif step == _STEP or radius == LARGEST_RADIUS:
+                elif step == _STEP or radius == LARGEST_HIDDEN:
                     break
                 else:
                     radius, step = radius + step - _STEP, _STEP
@@ -141,7 +141,7 @@ def could_hide(
     x: FloatArray,
     y: FloatArray,
 ) -> FloatArray:
-    """Return the largest radius [mm] at each place of the raster; NaN from ``LARGEST_RADIUS`` on.
+    """Return the largest radius [mm] at each place of the raster; NaN from ``LARGEST_HIDDEN`` on.
 
     Parameters
     ----------
@@ -163,4 +163,4 @@ def could_hide(
     _radii(
         x, y, contrast - 1.0, background.x, background.y, precision, weighted, rows, count, radii
     )  # fmt: skip
-    return np.where(radii >= LARGEST_RADIUS, np.nan, radii)
+    return np.where(radii >= LARGEST_HIDDEN, np.nan, radii)

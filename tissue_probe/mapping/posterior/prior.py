@@ -28,7 +28,7 @@ OVERLAP_POWER = 8.0
 #: The felt radius, at half height [mm]. A tip of 3 mm radius feels nothing narrower than about
 #: itself; inclusions that are sought have 3 to 10 mm (nodules in lung and liver, prostate).
 RADIUS, RADIUS_SPREAD = 4.5, 0.4
-LEAST_RADIUS, LARGEST_RADIUS = 1.5, 20.0
+LEAST_RADIUS, LARGEST_INCLUSION = 1.5, 20.0
 #: |log c| is a gamma variable of shape 2: an inclusion without contrast is none, and contrasts of
 #: 1.3 to 3 are felt (finite elements: 1.2 to 1.7 for nodules eight times stiffer).
 CONTRAST_SCALE = 0.3
@@ -40,7 +40,7 @@ LEAST_LEFT = 0.05
 #: Exponent p of the shape 2^-(r/R)^p: 1 is peaked with a long tail, 2 a Gaussian, 8 a plateau, 60 a
 #: step. Tissue above an inclusion smooths its edge; one at the surface has a hard edge, and the
 #: data choose between the two kinds.
-EXPONENT, EXPONENT_SPREAD = 2.0, 0.45
+EDGE_EXPONENT, EXPONENT_SPREAD = 2.0, 0.45
 HARD, HARD_EXPONENT, HARD_SPREAD = 0.25, 15.0, 0.7
 LEAST_EXPONENT, LARGEST_EXPONENT = 0.9, 60.0
 #: log of the ratio of the axes, half-normal.
@@ -73,7 +73,7 @@ def log_prior_of_hard(exponent: float) -> float:
 @njit(cache=True, nogil=True, error_model="numpy")
 def log_prior_of_exponent(exponent: float) -> float:
     """Return the log density of the log of the exponent, of either kind of edge."""
-    smooth = math.log(1.0 - HARD) + log_normal(exponent, math.log(EXPONENT), EXPONENT_SPREAD)
+    smooth = math.log(1.0 - HARD) + log_normal(exponent, math.log(EDGE_EXPONENT), EXPONENT_SPREAD)
     return math.log(math.exp(smooth) + math.exp(log_prior_of_hard(exponent)))
 
 
@@ -82,7 +82,7 @@ def log_prior_of_shape(row: FloatArray) -> float:
     """Return the log density of extent, exponent and ellipse, up to a constant; -inf outside."""
     radius, exponent, aspect = row[LOG_RADIUS], row[LOG_EXPONENT], row[LOG_ASPECT]
     if (
-        not math.log(LEAST_RADIUS) < radius < math.log(LARGEST_RADIUS)
+        not math.log(LEAST_RADIUS) < radius < math.log(LARGEST_INCLUSION)
         or not math.log(LEAST_EXPONENT) < exponent < math.log(LARGEST_EXPONENT)
         or not 0.0 <= aspect < math.log(LARGEST_ASPECT)
     ):
@@ -99,7 +99,7 @@ def draw_shape(row: FloatArray) -> None:
     """Draw extent, exponent and ellipse from the prior."""
     while True:
         row[LOG_RADIUS] = math.log(RADIUS) + RADIUS_SPREAD * np.random.standard_normal()
-        middle, spread = math.log(EXPONENT), EXPONENT_SPREAD
+        middle, spread = math.log(EDGE_EXPONENT), EXPONENT_SPREAD
         if np.random.random() < HARD:
             middle, spread = math.log(HARD_EXPONENT), HARD_SPREAD
         row[LOG_EXPONENT] = middle + spread * np.random.standard_normal()

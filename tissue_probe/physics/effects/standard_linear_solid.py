@@ -6,7 +6,7 @@ import sympy as sp
 
 from tissue_probe.physics.dynamic_stiffness import handed_over, of_branch
 from tissue_probe.physics.effects.effect import TIP_VELOCITY, Effect, Parameter, State
-from tissue_probe.physics.extent import SLOWEST, Extent
+from tissue_probe.physics.extent import SLOWEST_RELAXATION, Extent
 
 RELAXING_STIFFNESS = sp.Symbol("relaxing_stiffness", real=True)
 RATE = sp.Symbol("relaxation_rate", positive=True)
@@ -15,7 +15,7 @@ COMPRESSION = sp.Symbol("branch_compression", real=True)
 
 def starts(extent: Extent) -> list[dict[str, float]]:
     """Propose rates three a decade, from those seen in the whole record to the tip's own."""
-    slowest = SLOWEST / extent.duration
+    slowest = SLOWEST_RELAXATION / extent.duration
     return [{"relaxation_rate": slowest * 10 ** (i / 3)} for i in range(12)]
 
 

@@ -14,7 +14,7 @@ from typing import NamedTuple
 
 from tissue_probe.signals import LONGEST_SILENCE, NANOSECONDS
 
-REACH = 2.5
+SILENT_PERIODS = 2.5
 """Between messages further apart than so many periods nothing is known; one that is lost is
 bridged, as in ``even_grid.interpolate``."""
 
@@ -161,7 +161,7 @@ class Channel:
                 said = f"jumps by {1e3 * way:.3g} mm in {step / 1e6:.3g} ms: a new run begins"
                 self.leave_out("jumps", said)
                 piece = self._begin(Piece(piece.clock, piece.jumps + 1))
-            elif step > REACH * self.period:
+            elif step > SILENT_PERIODS * self.period:
                 said = f"has no message for {step / NANOSECONDS:.3g} s by its stamps"
                 self.leave_out("holes", said)
                 piece = self._begin(Piece(piece.clock, piece.jumps))

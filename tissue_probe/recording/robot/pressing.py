@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 
-from tissue_probe.recording.robot.settings import ROUNDING, RobotSettings
+from tissue_probe.recording.robot.settings import UNIT_ROUNDING, RobotSettings
 from tissue_probe.settings import SettingsError
 
 Vector = tuple[float, ...]
@@ -63,7 +63,7 @@ class Pressing:
             raise ValueError("is not finite")
         axis = along = self._axis
         if self._turns:
-            if not abs(math.hypot(*orientation) - 1.0) <= ROUNDING:
+            if not abs(math.hypot(*orientation) - 1.0) <= UNIT_ROUNDING:
                 raise ValueError("has an orientation that is none: a quaternion has length 1")
             turn = _unit(orientation)
             if self._settings.axis_frame == "tool":

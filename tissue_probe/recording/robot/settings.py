@@ -19,7 +19,7 @@ from tissue_probe.settings import SettingsError, build, setting
 #: Numbers in a list, from any kind of array that ROS has.
 Numbers = Annotated[list[float], BeforeValidator(list)]
 #: By how much the length of an axis or quaternion may differ from 1: that of written digits.
-ROUNDING = 1e-3
+UNIT_ROUNDING = 1e-3
 
 
 class RobotSettings(BaseModel):
@@ -105,7 +105,7 @@ class RobotSettings(BaseModel):
 
 
 def _check_length(name: str, values: list[float], count: int) -> None:
-    if len(values) != count or not abs(math.hypot(*values) - 1.0) <= ROUNDING:
+    if len(values) != count or not abs(math.hypot(*values) - 1.0) <= UNIT_ROUNDING:
         raise ValueError(f"{name} is {values}: give {count} numbers whose squares add up to 1")
 
 
