@@ -11,7 +11,7 @@ from tissue_probe.analysis.question import Asked, question
 from tissue_probe.cli import app
 from tissue_probe.cli.asked import Asked as Options
 from tissue_probe.errors import ParameterError
-from tissue_probe.workbench.question import Asked as OfPage
+from tissue_probe.workbench.question import StatedQuestion as OfPage
 from tissue_probe.workbench.refused import RequestRefused
 
 

@@ -53,7 +53,7 @@ def value_of(expressions, numbers):
     module = ir.Module()
     function = Function(module, "values", {"numbers": ARRAY, "filled": ARRAY})
     function.load("numbers", SYMBOLS)
-    function.store("filled", function.named([sp.sympify(each) for each in expressions]))
+    function.store("filled", function.name_values([sp.sympify(each) for each in expressions]))
     function.end()
     filled = np.zeros(len(expressions))
     compiled(module, "values", *2 * [ctypes.c_void_p])(np.array(numbers, dtype=float), filled)

@@ -20,7 +20,7 @@ from tissue_probe.workbench.messages import as_json
 from tissue_probe.workbench.page_messages import AnswerMessage, Answers, News
 from tissue_probe.workbench.page_types import write_types
 from tissue_probe.workbench.pictures import Pictures
-from tissue_probe.workbench.question import Asked
+from tissue_probe.workbench.question import StatedQuestion
 from tissue_probe.workbench.requested import REQUESTS, request
 from tissue_probe.workbench.studied import Studied
 from tissue_probe.workbench.workshop import Workshop
@@ -50,7 +50,9 @@ def desks(tmp_path_factory):
         workshop = Workshop()
         whole, asking, mapped = (Desk(workshop, workshop) for _ in range(3))
         left_out = tuple(row["name"] for row in tp.effects() if row["name"] not in TRIED)
-        whole.asked = Asked({"rig": "compliant_probe", "starts": "at-rest", "without": left_out})
+        whole.asked = StatedQuestion(
+            {"rig": "compliant_probe", "starts": "at-rest", "without": left_out}
+        )
         opened = [
             await whole.open(EXAMPLES / name, LAYOUT) for name in ("sweep.csv", "sweep_second.csv")
         ]

@@ -8,7 +8,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 
-from tissue_probe.contact.contact import Number
+from tissue_probe.contact.contact import ContactNumber
 from tissue_probe.diagnosis.fitting.fit import Fit
 from tissue_probe.diagnosis.fitting.problem import CONTACT_NAME
 
@@ -34,7 +34,7 @@ TELLS = {
 def to_tell(fit: Fit) -> Iterator[str]:
     """Yield what would tell stiffness and damping, of those that are not told."""
     for name in ASKED_NUMBERS:
-        number = Number(fit.named()[name], fit.deviations()[name])
+        number = ContactNumber(fit.named()[name], fit.deviations()[name])
         if number.told:
             continue
         other, together = _partner(fit, name)
@@ -54,7 +54,10 @@ def errors_of_others(fit: Fit) -> Iterator[str]:
     """Yield which error makes most of that of a number that is told."""
     for name in ASKED_NUMBERS:
         other, together = _partner(fit, name)
-        if abs(together) > MOSTLY_SHARED and Number(fit.named()[name], fit.deviations()[name]).told:
+        if (
+            abs(together) > MOSTLY_SHARED
+            and ContactNumber(fit.named()[name], fit.deviations()[name]).told
+        ):
             yield (
                 f"Most of the error of {name} is that of {other} (correlation {together:.2f}): "
                 f"with a smaller one {name} is known better."

@@ -26,7 +26,7 @@ from tissue_probe.analysis.contact_told import (
 )
 from tissue_probe.analysis.measurements import Source, measurements_of
 from tissue_probe.analysis.question import constant, question
-from tissue_probe.contact.contact import VERDICTS, Contact, Number, Verdict
+from tissue_probe.contact.contact import VERDICTS, Contact, ContactNumber, Verdict
 from tissue_probe.diagnosis.evidence.adequacy import leaves_only_noise
 from tissue_probe.diagnosis.fitting.corners import without_corners
 from tissue_probe.diagnosis.fitting.fit import Fit
@@ -85,7 +85,7 @@ class ContactResult(Alike):
         lines += [f"To tell the rest: {sentence}." for sentence in self.to_tell]
         deviations = self.fit.deviations()
         for entry in self.fit.entries:
-            number = Number(self.fit.named()[entry.name], deviations[entry.name])
+            number = ContactNumber(self.fit.named()[entry.name], deviations[entry.name])
             if number.deviation > 0.0:
                 mark = "" if number.told or entry.name not in ASKED_NUMBERS else "   (not told)"
                 lines.append(f"  {entry.name:<16} {number.text(entry.unit)}{mark}")
@@ -262,7 +262,8 @@ def _contact(fit: Fit, missing: Sequence[str]) -> Contact:
         verdict = "cannot tell"
     lowest, highest, fastest, slow, fast = _range(fit.measurements)
     stiffness, damping, mass, delay = (
-        Number(named[name], deviations[name]) for name in (*ASKED_NUMBERS, MASS_NAME, DELAY_NAME)
+        ContactNumber(named[name], deviations[name])
+        for name in (*ASKED_NUMBERS, MASS_NAME, DELAY_NAME)
     )
     return Contact(
         verdict=verdict,

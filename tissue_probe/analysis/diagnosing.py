@@ -151,9 +151,9 @@ class DiagnosisResult(Alike):
     @property
     def model(self) -> FittedModel:
         """The last model of the ladder with its values; ``save`` writes it."""
-        from tissue_probe.analysis.kept_files import kept_model
+        from tissue_probe.analysis.kept_files import make_kept_model
 
-        return kept_model(self)
+        return make_kept_model(self)
 
     @property
     def rivals(self) -> dict[str, FittedModel]:

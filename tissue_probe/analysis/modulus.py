@@ -164,8 +164,8 @@ def _apply_power_law(found: FittedModel, tip: Indenter, depth: float | None) -> 
     notes = (*_report_unknown(relative), *_notes(tip, at))
     if by_exponent and not math.isnan(relative):
         notes += (
-            f"The errors of stiffness and {EXPONENT_NAME} are taken as independent: a model file does "
-            "not tell how they go together.",
+            f"The errors of stiffness and {EXPONENT_NAME} are taken as independent: a model file "
+            "does not tell how they go together.",
         )
     if abs(n - own) > POWER_TOLERANCE:
         notes += (

@@ -15,7 +15,7 @@ from tissue_probe.analysis.segments import Segment
 from tissue_probe.diagnosis.diagnosis import Diagnosis, fit_plainly
 from tissue_probe.diagnosis.evidence.adequacy import leaves_only_noise
 from tissue_probe.errors import TissueProbeError
-from tissue_probe.physics.rigs import RIGS, named
+from tissue_probe.physics.rigs import RIGS, name_rigs
 from tissue_probe.quantities import FORCE, POSITION
 
 EXPLAINS = "On another rig no effect is missing: the plain model of {0} explains these measurements"
@@ -36,7 +36,7 @@ def other_rig(found: Diagnosis, asked: ModelQuestion, taken: Sequence[Segment]) 
     commanded = own.input is POSITION and all(each.is_commanded for each in driven)
     unexplained = found.verdict == "unexplained"
     if commanded and (unexplained or all(each.position_noise > 0.0 for each in driven)):
-        return (COMMANDED + OTHER_RIG_ASKED).format(named(lambda rig: rig.input is FORCE))
+        return (COMMANDED + OTHER_RIG_ASKED).format(name_rigs(lambda rig: rig.input is FORCE))
     if not unexplained:
         return ""
     for rig in (rig for rig in RIGS.values() if rig is not own.rig):

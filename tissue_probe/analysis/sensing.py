@@ -154,10 +154,10 @@ def identify_sensor(
         tracks = _of_table(columns, joints)
     origin = int(min(track.stamps[0] for track in tracks if track is not None))
     runs = stretches(*tracks, origin)
-    return told_of(identify(runs), runs, origin, name)
+    return tell_sensor(identify(runs), runs, origin, name)
 
 
-def told_of(found: Identified, runs: list[FreeAir], origin: int, name: str) -> SensorResult:
+def tell_sensor(found: Identified, runs: list[FreeAir], origin: int, name: str) -> SensorResult:
     """Return the result of an identification."""
     return SensorResult(found, compensation.compensation(found, runs, origin), name)
 

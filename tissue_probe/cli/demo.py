@@ -165,10 +165,10 @@ def draw_course(recording: Recording, estimates: list[TissueEstimates], folder: 
     """Draw the estimates over time, beside the truth."""
     import numpy as np
 
-    from tissue_probe.analysis.recorded import recorded_phantom
+    from tissue_probe.analysis.recorded import find_phantom
     from tissue_probe.figures.estimates import draw_estimates
 
-    phantom = recorded_phantom(recording)
+    phantom = find_phantom(recording)
     places = [site.position for site, _ in recording.dwells()]
     truth = (
         np.array([(phantom.stiffness(x, y), phantom.damping(x, y)) for x, y, _ in places])

@@ -30,7 +30,7 @@ VERDICTS: dict[Verdict, str] = {
 
 
 @dataclass(frozen=True)
-class Number:
+class ContactNumber:
     """A value, and the standard deviation of its error: 0 where it was given."""
 
     value: float
@@ -71,10 +71,10 @@ class Contact(Alike):
     """
 
     verdict: Verdict
-    stiffness: Number
-    damping: Number
-    tip_mass: Number
-    delay: Number
+    stiffness: ContactNumber
+    damping: ContactNumber
+    tip_mass: ContactNumber
+    delay: ContactNumber
     error: float
     error_over_noise: float
     lowest: float
@@ -136,7 +136,7 @@ def _of_content(content: Any) -> Contact:
     for each in fields(Contact):
         if each.type == "Number":
             parts = (_number(content, each.name, part) for part in ("value", "deviation"))
-            given[each.name] = Number(*parts)
+            given[each.name] = ContactNumber(*parts)
         elif each.type == "float":
             given[each.name] = _number(content, each.name)
     return Contact(**given)

@@ -24,7 +24,7 @@ from tissue_probe.diagnosis.observation.motion import motion
 from tissue_probe.diagnosis.observation.noise import UNKNOWN_NOISE
 from tissue_probe.errors import MeasurementError
 from tissue_probe.physics.kinds import LONGEST_DELAY
-from tissue_probe.physics.rounding import COARSE_STEP, smoothed
+from tissue_probe.physics.rounding import COARSE_STEP, smooth_rounding
 from tissue_probe.quantities import FORCE, POSITION
 from tissue_probe.signals import BoolArray
 
@@ -184,5 +184,5 @@ def _finely_read(measurement: Measurement) -> Measurement:
     step = measurement.extent.step
     if measurement.at_rest or not 0.0 < step <= COARSE_STEP * measurement.scale.length:
         return measurement
-    read = smoothed(measurement.position, step, fine=True)
+    read = smooth_rounding(measurement.position, step, fine=True)
     return replace(measurement, position=read.course, misread=read.error)

@@ -30,7 +30,7 @@ from tissue_probe.physics.effects.effect import (
 from tissue_probe.physics.fitted_model import FittedModel
 from tissue_probe.physics.model import Model
 from tissue_probe.physics.model_file import load
-from tissue_probe.physics.rigs import RIGS, Live, Rig, named
+from tissue_probe.physics.rigs import RIGS, Live, Rig, name_rigs
 from tissue_probe.physics.tissues import TISSUES
 from tissue_probe.settings import SettingsError
 
@@ -123,8 +123,8 @@ def live_model(settings: EstimatorSettings, force_offset: bool) -> LiveModel:
     path = Path(settings.model)
     if not _runs_live(RIGS[settings.rig]):
         raise SettingsError(
-            f"rig is {settings.rig}, but the filters take model files of {named(_runs_live)} only: "
-            "leave model empty"
+            f"rig is {settings.rig}, but the filters take model files of {name_rigs(_runs_live)} "
+            "only: leave model empty"
         )
     fitted = load(path, settings.effects)
     composition = fitted.composition
@@ -155,7 +155,7 @@ def _refusals(fitted: FittedModel) -> list[str]:
     composition = fitted.composition
     if not _runs_live(composition.rig):
         return [
-            f"the rig {composition.rig} cannot run live: model files of {named(_runs_live)} can"
+            f"the rig {composition.rig} cannot run live: model files of {name_rigs(_runs_live)} can"
         ]
     said: dict[str, Callable[[Effect], bool]] = {
         "it moves the coil, and does not say how from sample to sample (sampled)": lambda effect: (

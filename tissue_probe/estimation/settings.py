@@ -6,7 +6,7 @@ from typing import Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
-from tissue_probe.physics.rigs import OWN, RIGS, FilteredRig, named
+from tissue_probe.physics.rigs import OWN, RIGS, FilteredRig, name_rigs
 
 
 def _setting(
@@ -202,7 +202,7 @@ class EstimatorSettings(BaseModel):
                     f"{name}_maximum, {high:g} {unit}: estimates are held within these"
                 )
         if not RIGS[self.rig].tip_is_position and self.tip_mass == 0.0:
-            led = named(lambda rig: rig.tip_is_position)
+            led = name_rigs(lambda rig: rig.tip_is_position)
             raise ValueError(f"tip_mass is 0 kg; only the tip of rig {led} may have no mass")
         if too_fast := self.too_fast():
             raise ValueError(too_fast)

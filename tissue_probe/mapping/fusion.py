@@ -82,7 +82,7 @@ def inverse_variance_weights(variance: FloatArray) -> FloatArray:
     return found
 
 
-def fused_stddev(weights: FloatArray, values: FloatArray, variance: FloatArray) -> float:
+def fuse_stddev(weights: FloatArray, values: FloatArray, variance: FloatArray) -> float:
     """Return the standard deviation of the weighted mean of several estimators' values.
 
     sigma^2 = (sum_i w_i sigma_i)^2 + sum_i w_i (v_i - mean)^2. The first part is the bound for
@@ -359,7 +359,7 @@ class MapBuilder:
         """Return the map as known now, each cell fused over its estimators.
 
         Stiffness and damping are averaged by inverse variance, each by its own; the covariance
-        trace with the weights of the stiffness. For the standard deviations see ``fused_stddev``.
+        trace with the weights of the stiffness. For the standard deviations see ``fuse_stddev``.
 
         Raises
         ------
@@ -457,6 +457,6 @@ def _fuse(estimates: list[Estimate]) -> tuple[float, float, float, float, float]
         stiffness_weights @ stiffness,
         damping_weights @ damping,
         stiffness_weights @ trace,
-        fused_stddev(stiffness_weights, stiffness, stiffness_variance),
-        fused_stddev(damping_weights, damping, damping_variance),
+        fuse_stddev(stiffness_weights, stiffness, stiffness_variance),
+        fuse_stddev(damping_weights, damping, damping_variance),
     )

@@ -21,7 +21,7 @@ import math
 
 import numpy as np
 
-from tissue_probe.mapping.fusion import Estimate, fused_stddev, inverse_variance_weights
+from tissue_probe.mapping.fusion import Estimate, fuse_stddev, inverse_variance_weights
 from tissue_probe.signals import NANOSECONDS, FloatArray, SampleBlock, Status
 
 #: Two standard deviations relative to the stiffness.
@@ -32,7 +32,7 @@ _TURNED = 0.1
 _LATE = 50_000_000
 
 
-class Told:
+class DwellEvidence:
     """What was heard in one dwell, and whether that is enough.
 
     Parameters
@@ -89,7 +89,7 @@ class Told:
             )
         value, variance = np.array(values), np.array(variances)
         weights = inverse_variance_weights(variance)
-        error = fused_stddev(weights, value, variance)
+        error = fuse_stddev(weights, value, variance)
         return newest + 1 if 2.0 * error <= EXACT_STIFFNESS * abs(float(weights @ value)) else None
 
 

@@ -22,7 +22,7 @@ from std_srvs.srv import SetBool
 from tissue_probe.devices.limits import PALPATION_LEASE
 from tissue_probe.errors import TissueProbeError
 from tissue_probe.estimation.layout import TEST_TIME
-from tissue_probe.mapping.leaving import Told
+from tissue_probe.mapping.leaving import DwellEvidence
 from tissue_probe.mapping.touch import Touch
 from tissue_probe.nodes.cdr import estimate_from_cdr, samples_from_cdr
 from tissue_probe.nodes.contact import ContactSettings, NotTouched, lower_to_contact
@@ -133,7 +133,7 @@ class Scan(Node):
         self._forget_samples()
         self._sample_time = 0
         self._paused = threading.Event()
-        self._told: Told | None = None
+        self._told: DwellEvidence | None = None
         self._touch: Touch | None = None
         self._malformed = 0
         self._busy = threading.Lock()
@@ -342,7 +342,7 @@ class Scan(Node):
             x, y, z = map(float, surface)
             site = site._replace(position=(x, y, z))
             begin = self._now() + round(self._settings.settle_time * NANOSECONDS)
-            self._told = told = Told(begin, TEST_TIME)
+            self._told = told = DwellEvidence(begin, TEST_TIME)
             announce(Phase.DWELL, begin)
             source.dwelling(site, begin)
             longest = begin + round(source.dwell_time * NANOSECONDS)
@@ -374,7 +374,9 @@ class Scan(Node):
         finally:
             self._touch = None
 
-    def _dwell(self, told: Told, end: int, check: Callable[[], None]) -> tuple[int, Leaving]:
+    def _dwell(
+        self, told: DwellEvidence, end: int, check: Callable[[], None]
+    ) -> tuple[int, Leaving]:
         """Stay until enough is told, or the samples have reached the time ``end`` [ns].
 
         Return when the dwell ended, and why. Where the driver is late, its samples show the tip

@@ -301,7 +301,7 @@ class Sensor(Node):
         self._own_time = self._own_clock()
         if self._live is None:
             return
-        for left in self._live.left():
+        for left in self._live.take_known():
             self._publisher.publish(self._message(left))
             self._published += 1
             if self._left and left.stamp < self._left[-1].stamp:
@@ -330,12 +330,12 @@ class Sensor(Node):
         varies = biased.std(axis=0) / model.noise
         if varies.max() > STEADY:
             response.message = (
-                f"{WRENCH_AXES[int(varies.argmax())]} varies by {varies.max():.1f} times its noise: "
-                "lift the tool off everything, hold it, then take the zero"
+                f"{WRENCH_AXES[int(varies.argmax())]} varies by {varies.max():.1f} times its "
+                "noise: lift the tool off everything, hold it, then take the zero"
             )
             return response
         middle = (left[0].stamp + left[-1].stamp) // 2
-        before, _ = model.drifted(middle)
+        before, _ = model.predict_bias(middle)
         self._live.model = model.with_zero(biased.mean(axis=0), seconds, middle)
         moved = biased.mean(axis=0) - before
         self._left.clear()

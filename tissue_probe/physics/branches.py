@@ -10,7 +10,7 @@ from itertools import combinations
 
 import sympy as sp
 
-from tissue_probe.physics.dynamic_stiffness import handed_over, of_branch
+from tissue_probe.physics.dynamic_stiffness import hand_over, of_branch
 from tissue_probe.physics.effects.effect import Parameter, State
 from tissue_probe.physics.extent import Extent
 
@@ -76,7 +76,7 @@ class Branches:
             rates = [slow * DECADE**i for i in range(self.count)]
             unit = sum(of_branch(extent.frequency, rate) for rate in rates)
             for share in (0.5, 0.95):
-                stiffness, rest = handed_over(extent.frequency, found, known, unit, share)
+                stiffness, rest = hand_over(extent.frequency, found, known, unit, share)
                 own = dict.fromkeys(map(str, self.stiffnesses), stiffness)
                 own |= {name: rate for (_, name), rate in zip(pairs, rates, strict=True)}
                 proposed.append(own | rest)

@@ -89,9 +89,9 @@ class Composition:
 
         if self.scale.is_usual:
             return (*(EFFECTS[name] for name in own), *self.effects)
-        from tissue_probe.physics.resized import sized
+        from tissue_probe.physics.resized import resize_effect
 
-        return (*(sized(EFFECTS[name], self.scale) for name in own), *self.effects)
+        return (*(resize_effect(EFFECTS[name], self.scale) for name in own), *self.effects)
 
     @property
     def names(self) -> tuple[str, ...]:

@@ -31,7 +31,7 @@ MOST_PARTS = 1e4
 
 
 @dataclass(frozen=True)
-class Step:
+class DiscreteStep:
     """The states one sample later, and the symbols that they depend on.
 
     Attributes
@@ -48,7 +48,7 @@ class Step:
 
 def exact_step(
     program: Program, model: Model, period: sp.Symbol, inputs: list[sp.Symbol], derivatives: bool
-) -> Step:
+) -> DiscreteStep:
     """Advance a model that is linear in its states by the Taylor series of its solution.
 
     For given parameters x' = A x + B u + C u' + d has the solution e^(A dt) x[t-1] + ..., whose
@@ -105,14 +105,14 @@ def exact_step(
     program.assign(t, t_sum)
     _next_part(program, share, elapsed, w)
     if not derivatives:
-        return Step(z, sp.zeros(count, 0))
+        return DiscreteStep(z, sp.zeros(count, 0))
     t = program.now(t)
     place = {index: count + column for column, index in enumerate(by_parameter)}
     columns = [
         t[:, place[index]] if index in place else sp.zeros(count, 1)
         for index in range(len(model.parameters))
     ]
-    return Step(z, sp.Matrix.hstack(t[:, :count], *columns))
+    return DiscreteStep(z, sp.Matrix.hstack(t[:, :count], *columns))
 
 
 @dataclass(frozen=True)
@@ -138,7 +138,7 @@ def _system(program: Program, model: Model, motion: sp.Matrix, dt: sp.Symbol) ->
 
 def runge_kutta_step(
     program: Program, model: Model, period: sp.Symbol, inputs: list[sp.Symbol], derivatives: bool
-) -> Step:
+) -> DiscreteStep:
     """Advance any model by Runge and Kutta's fourth-order rule, in parts short enough.
 
     For models that are not linear in their states. Derivatives are those of the rule itself. The
@@ -176,12 +176,12 @@ def runge_kutta_step(
     program.assign(z, z + (k1 + 2 * k2 + 2 * k3 + k4) / 6)
     program.assign(t, t + (l1 + 2 * l2 + 2 * l3 + l4) / 6)
     _next_part(program, share, elapsed, w)
-    return Step(z, t if derivatives else sp.zeros(count, 0))
+    return DiscreteStep(z, t if derivatives else sp.zeros(count, 0))
 
 
 def accurate_step(
     program: Program, model: Model, period: sp.Symbol, inputs: list[sp.Symbol], derivatives: bool
-) -> Step:
+) -> DiscreteStep:
     """Advance a model exactly where it is linear and steady, else by Runge and Kutta's rule."""
     step = exact_step if _is_steady(model) else runge_kutta_step
     return step(program, model, period, inputs, derivatives)
@@ -193,7 +193,7 @@ def _is_steady(model: Model) -> bool:
 
 def euler_step(
     program: Program, model: Model, period: sp.Symbol, inputs: list[sp.Symbol], derivatives: bool
-) -> Step:
+) -> DiscreteStep:
     """Advance any model by forward Euler, as the paper does (eqs. 6 and 7, Jacobian eq. 17).
 
     x[t] = x[t-1] + dt f(x[t-1], u[t-1], (u[t-1] - u[t-2]) / dt). Kept to reproduce the paper: it is
@@ -204,11 +204,11 @@ def euler_step(
     now = {model.input: inputs[1], model.input_rate: rate, TIME: BEGUN}
     states = program.let_matrix("next", model.states + period * model.motion.subs(now))
     if not derivatives:
-        return Step(states, sp.zeros(len(states), 0))
+        return DiscreteStep(states, sp.zeros(len(states), 0))
     jacobian = (sp.eye(len(states)) + period * model.state_jacobian).row_join(
         period * model.parameter_jacobian
     )
-    return Step(states, program.let_matrix("jacobian", jacobian.subs(now)))
+    return DiscreteStep(states, program.let_matrix("jacobian", jacobian.subs(now)))
 
 
 DISCRETISATIONS = {"exact": accurate_step, "euler": euler_step}

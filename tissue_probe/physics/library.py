@@ -236,9 +236,9 @@ def _form_complaints(effect: Effect, library: Mapping[str, Effect]) -> Iterator[
     for start in effect.starts(USUAL_EXTENT):
         if unknown := sorted(set(start) - names):
             yield f"proposes starts for {', '.join(unknown)}, which it has not"
-    if effect.parameters and not effect.switches and changed(effect):
+    if effect.parameters and not effect.switches and name_changes(effect):
         yield (
-            f"still acts ({', '.join(changed(effect))}) with its strengths at neutral="
+            f"still acts ({', '.join(name_changes(effect))}) with its strengths at neutral="
             f"{effect.neutral:g}: there it must leave the model as it is"
         )
     try:
@@ -247,7 +247,7 @@ def _form_complaints(effect: Effect, library: Mapping[str, Effect]) -> Iterator[
         yield f"cannot be composed: {' '.join(str(error).split())}"
 
 
-def changed(effect: Effect) -> list[str]:
+def name_changes(effect: Effect) -> list[str]:
     """Name the changes by an effect with its strengths at ``neutral``; none, if it is right.
 
     States that stay where they start are taken to be there.

@@ -96,7 +96,7 @@ class Function:
             place = self._at(array, self._plus(first, index))
             self._known[symbol.name] = self._builder.load(place)
 
-    def named(self, values: Sequence[sp.Expr]) -> list[sp.Expr]:
+    def name_values(self, values: Sequence[sp.Expr]) -> list[sp.Expr]:
         """Compute values together, for they may share terms; return symbols, or atoms.
 
         Raises

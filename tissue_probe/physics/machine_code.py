@@ -70,7 +70,7 @@ class MachineCode:
 _loaded: dict[Path, MachineCode] = {}
 
 
-def loaded() -> int:
+def count_loaded() -> int:
     """Return of how many names this process has the functions."""
     return len(_loaded)
 

@@ -24,7 +24,7 @@ from tissue_probe.physics.effects import EFFECTS, Effect
 from tissue_probe.physics.entry import Entry
 from tissue_probe.physics.fitted_model import FittedModel
 from tissue_probe.physics.library import EffectError, effects, load_effects
-from tissue_probe.physics.resized import sized
+from tissue_probe.physics.resized import resize_effect
 from tissue_probe.physics.rigs import RIGS, Rig
 from tissue_probe.physics.scale import Scale
 from tissue_probe.physics.tissue_names import TissueName
@@ -349,7 +349,7 @@ def _effect(path: Path, entry: EffectEntry, library: Mapping[str, Effect], scale
             f"{path}: effect {entry.name} has no form {entry.form}: give 0 to {len(forms) - 1}"
         )
     form, ours = forms[entry.form], effect is EFFECTS.get(entry.name)
-    return sized(form, scale) if ours and not form.absolute else form
+    return resize_effect(form, scale) if ours and not form.absolute else form
 
 
 def _consistent(path: Path, file: ModelFile, composition: Composition) -> None:

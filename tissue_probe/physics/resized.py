@@ -62,7 +62,7 @@ _TOLD = {entry.name: entry.unit for entry in (*CONSTANTS.values(), *TISSUE)}
 
 
 @lru_cache(maxsize=1024)
-def sized(effect: Effect, scale: Scale) -> Effect:
+def resize_effect(effect: Effect, scale: Scale) -> Effect:
     """Return an effect of the library for a record of a size: bounds, starts, constants alike.
 
     A depth of 1 mm that its law refers to is one of 1 um where lengths are in micrometres.
@@ -74,7 +74,7 @@ def sized(effect: Effect, scale: Scale) -> Effect:
     """
     if scale.is_usual:
         return effect
-    forms = tuple(sized(form, scale) for form in effect.forms)
+    forms = tuple(resize_effect(form, scale) for form in effect.forms)
     return replace(over(effect, scale.inverse), forms=forms, origin=effect, scale=scale)
 
 

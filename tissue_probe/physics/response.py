@@ -28,7 +28,7 @@ from tissue_probe.physics.interpolation import (
     with_acceleration,
 )
 from tissue_probe.physics.machine_code import MachineCode, Text, Written
-from tissue_probe.physics.rounding import smoothed
+from tissue_probe.physics.rounding import smooth_rounding
 from tissue_probe.physics.scale import Scale
 from tissue_probe.physics.smooth_course import splines
 from tissue_probe.signals import IntArray
@@ -302,7 +302,7 @@ def _of_driver(
     if not (rounded or kernel.moves_position or len(kernel.course_columns)):
         return _as_measured(true.tobytes(), period, begins, between, felt, fineness)
     if rounded:
-        true = smoothed(true, values[kernel.rounded]).course.copy()
+        true = smooth_rounding(true, values[kernel.rounded]).course.copy()
     changed = np.zeros((len(kernel.course_columns), measured.size))
     if kernel.moves_position:
         times = begins + np.arange(true.size, dtype=float) * period

@@ -43,7 +43,7 @@ class SmoothedCourse:
     error: FloatArray
 
 
-def smoothed(position: FloatArray, step: float, fine: bool = False) -> SmoothedCourse:
+def smooth_rounding(position: FloatArray, step: float, fine: bool = False) -> SmoothedCourse:
     """Return the smoothest course within the errors of rounding.
 
     Rounding to ``step`` q is taken as white noise of variance q^2/12 (Widrow and Kollar 2008),

@@ -16,7 +16,8 @@ from tissue_probe.physics.model_functions import LINKED, output, rate, switch  #
 from tissue_probe.physics.pointers import RUN_TYPE, Pointer, compile_fused, compile_inner, further
 
 # The fastest eigenvalue times a part's length stays below LONGEST_PART: a step is divided. A branch
-# that relaxes follows the tip's speed, which is smooth: its rate times the length is below SMOOTHLY.
+# that relaxes follows the tip's speed, which is smooth; its rate times the length is below
+# SMOOTHLY.
 LONGEST_PART, SMOOTHLY = 0.8, 1.6
 FEWEST_PARTS, MOST_PARTS = 1, 64
 # Friction is stiff at rest, yielding at speed: a step is divided by the number found in its range

@@ -80,7 +80,7 @@ USUAL = Scale()
 
 
 def nearest(size: float, usual: float) -> float:
-    """Return the power of ``PREFIX_STEP`` by which a size is nearest to the usual, 1 if there is none.
+    """Return the power of ``PREFIX_STEP`` by which a size is nearest to the usual; 1 if none is.
 
     As a power of ten in whole digits, so that a record in other units gives the same numbers.
     """

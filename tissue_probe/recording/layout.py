@@ -18,7 +18,7 @@ from tissue_probe.recording.units import (
     POSITION_UNITS,
     TIME_UNITS,
     VELOCITY_UNITS,
-    spelt,
+    spell_unit,
     unit_size,
 )
 from tissue_probe.signals import NANOSECONDS
@@ -52,7 +52,9 @@ def _size(units: Mapping[str, float]) -> take.Kind:
 
 
 def _unit_of_time(name: str, given: Any) -> str:
-    return str(take.choice(*TIME_UNITS)(name, spelt(given) if isinstance(given, str) else given))
+    return str(
+        take.choice(*TIME_UNITS)(name, spell_unit(given) if isinstance(given, str) else given)
+    )
 
 
 #: The values that each statement may have.

@@ -94,14 +94,14 @@ class Compensation:
         """
         return abs(float(self.load[0])), math.inf if self.cable else self.mass_deviation
 
-    def pulled(self, moved: Motion, run: FreeAir) -> FloatArray:
+    def predict_pull(self, moved: Motion, run: FreeAir) -> FloatArray:
         """Return the wrench of load and cable, shape (n, 6), of motions and the poses of a run."""
         wrench = self.gains * (load_columns(moved) @ self.load)
         if self.cable is not None:
             wrench += self.cable.columns(run) @ self.weights.T
         return wrench
 
-    def drifted(self, stamp: int) -> tuple[FloatArray, FloatArray]:
+    def predict_bias(self, stamp: int) -> tuple[FloatArray, FloatArray]:
         """Return the bias at a stamp [ns], and the standard deviation of all that is predicted."""
         passed = (stamp - self.stamp) / NANOSECONDS
         step = np.array([1.0, passed])

@@ -40,7 +40,7 @@ LEAST_EVIDENCE = 5.0
 
 
 @dataclass(frozen=True)
-class Fit:
+class SensorFit:
     """The numbers, and the rest of the wrench.
 
     Attributes
@@ -61,7 +61,7 @@ class Fit:
     expected: FloatArray
 
 
-def fit(runs: Sequence[Smoothed], cable: CableFunctions | None = None) -> Fit:
+def fit(runs: Sequence[Smoothed], cable: CableFunctions | None = None) -> SensorFit:
     """Fit all stretches together.
 
     Parameters
@@ -95,7 +95,7 @@ def fit(runs: Sequence[Smoothed], cable: CableFunctions | None = None) -> Fit:
     expected = _expected(runs, point)
     unexplained = _unexplained(left, expected)
     belief = Belief(point, covariance, tuple(colours), unrest, unexplained)
-    return Fit(belief, left, _evidence(left, belief, precision), expected)
+    return SensorFit(belief, left, _evidence(left, belief, precision), expected)
 
 
 class _Sizes:

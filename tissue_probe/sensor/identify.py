@@ -10,14 +10,14 @@ import numpy as np
 
 from tissue_probe.errors import MeasurementError
 from tissue_probe.sensor.cable import MOST_JOINTS, CableFunctions
-from tissue_probe.sensor.fit import Fit, fit
+from tissue_probe.sensor.fit import SensorFit, fit
 from tissue_probe.sensor.free_air import FreeAir
 from tissue_probe.sensor.kinematics import motion
 from tissue_probe.sensor.numbers import DELAY_PLACE, Point
 from tissue_probe.sensor.poses import missing_poses
 from tissue_probe.sensor.smoothed import Smoothed
 from tissue_probe.sensor.smoothing import Smoother
-from tissue_probe.sensor.told import Number, numbers
+from tissue_probe.sensor.told import SensorNumber, numbers
 from tissue_probe.sensor.verdict import LEAST_CONCERN, missing_effects
 from tissue_probe.signals import FloatArray
 
@@ -66,16 +66,16 @@ class Identified:
     """
 
     verdict: Verdict
-    numbers: list[Number]
+    numbers: list[SensorNumber]
     noise: FloatArray
     missing_effects: list[str]
     missing_poses: list[str]
     one_function: list[str]
     cable: CableFunctions | None
-    fit: Fit
+    fit: SensorFit
     range: FloatArray
 
-    def number(self, name: str) -> Number:
+    def number(self, name: str) -> SensorNumber:
         """Return a number by its name."""
         return next(each for each in self.numbers if each.name == name)
 

@@ -14,7 +14,13 @@ import numpy as np
 
 from tissue_probe.sensor.compensation import Compensation
 from tissue_probe.sensor.free_air import FreeAir
-from tissue_probe.sensor.kinematics import GRAVITY, Motion, into_frame, rotation_between, turned_by
+from tissue_probe.sensor.kinematics import (
+    GRAVITY,
+    Motion,
+    into_frame,
+    rotation_between,
+    turn_orientation,
+)
 from tissue_probe.sensor.measured import LOWEST_SAMPLE_RATE
 from tissue_probe.signals import NANOSECONDS, FloatArray, IntArray
 
@@ -98,7 +104,7 @@ class LiveCompensation:
         self._stamps, self._rows, self._new = self._stamps[:0], self._rows[:0], []
         self._waiting.clear()
 
-    def left(self) -> list[Left]:
+    def take_known(self) -> list[Left]:
         """Return those that have become known; wrenches without poses about them are let go."""
         self._keep()
         known: list[tuple[int, FloatArray, FloatArray]] = []
@@ -148,7 +154,7 @@ class LiveCompensation:
         cubic = np.linalg.solve(powers.T @ powers, powers.T @ course)
         share = -time[after - 1] / (time[after] - time[after - 1])
         now = near[after - 1] + share * (near[after] - near[after - 1])
-        now[3:7] = turned_by(reference, share * angles[after : after + 1])[0]
+        now[3:7] = turn_orientation(reference, share * angles[after : after + 1])[0]
         return np.concatenate([2.0 * cubic[2] / POSE_WINDOW**2, cubic[1, 3:] / POSE_WINDOW, now])
 
     def _compensated(self, known: list[tuple[int, FloatArray, FloatArray]]) -> list[Left]:
@@ -157,13 +163,15 @@ class LiveCompensation:
         position, orientation, joints = states[:, 9:12], states[:, 12:16], states[:, 16:]
         moved = Motion(into_frame(orientation, GRAVITY - acceleration), rate, turning)
         empty = np.zeros((len(states), 6))
-        pulled = self.model.pulled(moved, FreeAir(0.0, 1.0, position, orientation, empty, joints))
+        pulled = self.model.predict_pull(
+            moved, FreeAir(0.0, 1.0, position, orientation, empty, joints)
+        )
         sizes = np.stack(
             [np.linalg.norm(each, axis=1) for each in (acceleration, rate, turning)], axis=1
         )
         found = []
         for (stamp, wrench, _), pull, size in zip(known, pulled, sizes, strict=True):
-            bias, deviation = self.model.drifted(stamp)
+            bias, deviation = self.model.predict_bias(stamp)
             biased = wrench - pull
             found.append(Left(stamp, biased - bias, deviation, biased, size))
         return found

@@ -7,10 +7,10 @@ from collections.abc import Iterator
 import numpy as np
 
 from tissue_probe.sensor.free_air import FreeAir
-from tissue_probe.sensor.kinematics import turned_by
+from tissue_probe.sensor.kinematics import turn_orientation
 from tissue_probe.sensor.numbers import CORE, PRIOR_DEVIATIONS, Point
 from tissue_probe.sensor.smoothed import Smoothed
-from tissue_probe.sensor.told import Number, numbers
+from tissue_probe.sensor.told import SensorNumber, numbers
 from tissue_probe.signals import FloatArray
 
 #: A pose is held, or a swing lasts, for so long [s].
@@ -54,11 +54,11 @@ def missing_poses(
     return sentences
 
 
-def _cost(told: list[Number]) -> float:
+def _cost(told: list[SensorNumber]) -> float:
     return float(sum(np.log(max(number.error_of_wrench, 1.0)) for number in told))
 
 
-def _helped(before: list[Number], after: list[Number]) -> list[str]:
+def _helped(before: list[SensorNumber], after: list[SensorNumber]) -> list[str]:
     pairs = zip(before, after, strict=True)
     return [a.name for b, a in pairs if not b.told and a.deviation < WORTH * b.deviation]
 
@@ -88,7 +88,7 @@ def _run(orientation: FloatArray, point: Point) -> FreeAir:
 
 def _turned(orientation: FloatArray, axis: int, angles: FloatArray) -> FloatArray:
     """Return an orientation turned about one of its own axes, shape (n, 4)."""
-    return turned_by(orientation, angles[:, None] * np.eye(3)[axis])
+    return turn_orientation(orientation, angles[:, None] * np.eye(3)[axis])
 
 
 def _information(run: FreeAir, point: Point, noise: FloatArray) -> FloatArray:

@@ -32,7 +32,7 @@ CABLE_SHARES = ("mass", "centre", "gain", "bias")
 
 
 @dataclass(frozen=True)
-class Number:
+class SensorNumber:
     """One number: name, unit, value, and the standard deviation of its error.
 
     ``error_of_wrench`` is how much of a wrench this error makes in usual motion, over the noise;
@@ -54,7 +54,7 @@ class Number:
 
 def numbers(
     point: Point, covariance: FloatArray, noise: FloatArray, cabled: bool = False
-) -> list[Number]:
+) -> list[SensorNumber]:
     """Return mass, centre, inertia, ratios of gains, delay, biases and drifts.
 
     Parameters
@@ -105,7 +105,7 @@ def numbers(
     for name, of_what, value, slope, worth in rows:
         deviation = float(np.sqrt(slope @ covariance @ slope))
         one = cabled and name.startswith(CABLE_SHARES)
-        found.append(Number(name, of_what, float(value), deviation, deviation * worth, one))
+        found.append(SensorNumber(name, of_what, float(value), deviation, deviation * worth, one))
     return found
 
 

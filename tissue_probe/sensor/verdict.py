@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from tissue_probe.sensor.cable import CableFunctions
-from tissue_probe.sensor.fit import Fit
+from tissue_probe.sensor.fit import SensorFit
 from tissue_probe.sensor.free_air import WRENCH_AXES, FreeAir
 from tissue_probe.sensor.kinematics import motion
 from tissue_probe.sensor.smoothed import Smoothed
@@ -36,7 +36,7 @@ are 1e-6 of a metre or a radian."""
 
 
 def missing_effects(
-    found: Fit, runs: Sequence[FreeAir], smoothed: Sequence[Smoothed], cabled: bool
+    found: SensorFit, runs: Sequence[FreeAir], smoothed: Sequence[Smoothed], cabled: bool
 ) -> list[str]:
     """Return in sentences the effects in the wrench beyond the fit and noise, if any.
 

@@ -9,7 +9,7 @@ from typing import Any
 
 from tissue_probe.quantities import SIDE
 from tissue_probe.report.frequency_plot import GROUPS, FrequencyPlot, FrequencyPoint
-from tissue_probe.studies.exclusion import left_out
+from tissue_probe.studies.exclusion import explain_exclusion
 from tissue_probe.studies.result import deviation_of
 
 FREQUENCY_PARTS = {"storage": "Storage k", "loss": "Loss 2πfβ"}
@@ -29,7 +29,7 @@ def plots_over_frequency(
     links : mapping of str to str
         A page about each recording by its path; empty for none.
     """
-    used = [each for each in rows if "frequency" in each and not left_out(each)]
+    used = [each for each in rows if "frequency" in each and not explain_exclusion(each)]
     if by:  # as its statistics do
         used = [each for each in used if by in each]
     groups = sorted({str(each[by]) for each in used}) if by else []

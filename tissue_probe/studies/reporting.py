@@ -19,8 +19,8 @@ from tissue_probe.analysis.as_options import as_options
 from tissue_probe.analysis.question import Asked
 from tissue_probe.errors import ParameterError
 from tissue_probe.quantities import SIDE
-from tissue_probe.report.study_page import Factor, Forest, Level, Line, StudyPage, Told
-from tissue_probe.studies.exclusion import left_out
+from tissue_probe.report.study_page import Factor, Forest, Level, Line, StudyFacts, StudyPage
+from tissue_probe.studies.exclusion import explain_exclusion
 from tissue_probe.studies.over_frequency import plots_over_frequency
 from tissue_probe.studies.result import StudyResult, deviation_of
 from tissue_probe.studies.row import ROW_HAS, SHOWN, SIGNAL_STATEMENTS
@@ -49,13 +49,13 @@ def page_of(
     links = {each["path"]: _link(each, folder) for each in rows}
     own = [each for each in rows if not links[each["path"]]]
     spread, note = _spread(found, value, specimen, by)
-    excluded = [each for each in rows if left_out(each)]
+    excluded = [each for each in rows if explain_exclusion(each)]
     return StudyPage(
         title=f"Study of {len(rows)} recordings",
         work=_work(found, excluded),
         notes=found.notes,
         excluded=[
-            Told(_name(each), links[each["path"]], (each["status"], left_out(each)))
+            StudyFacts(_name(each), links[each["path"]], (each["status"], explain_exclusion(each)))
             for each in excluded[:LISTED]
         ],
         forests=list(_forests(found, value, specimen, by, links)),
@@ -67,7 +67,9 @@ def page_of(
         effects=_effects(found),
         columns=columns,
         recordings=[
-            Told(_name(each), links[each["path"]], [_cell(each.get(name, "")) for name in columns])
+            StudyFacts(
+                _name(each), links[each["path"]], [_cell(each.get(name, "")) for name in columns]
+            )
             for each in rows[:LISTED]
         ],
         left=f"The others are in table.csv: {len(rows) - LISTED}." if len(rows) > LISTED else "",
@@ -154,7 +156,7 @@ def _forests(
     found: StudyResult, value: str, specimen: str, by: str | None, links: Mapping[str, str]
 ) -> Iterator[Forest]:
     """Yield the plots; none where all recordings are left out of the statistics."""
-    used = [each for each in found.rows if not left_out(each)]
+    used = [each for each in found.rows if not explain_exclusion(each)]
     for name in dict.fromkeys((value, "stiffness", "damping")) if used else ():
         if name == value or any(name in each for each in used):
             forest = _forest(found, name, specimen, by, links)
@@ -168,7 +170,7 @@ def _forest(
     sd = deviation_of(value)
     spread, _ = _spread(found, value, specimen, by)
     factors = [] if spread is None else [specimen, *([by] if by else [])]
-    rows = found.taken((value, sd, *factors))
+    rows = found.take_rows((value, sd, *factors))
     beside = spread.borrowed if spread else len(rows) * [math.nan]
     lines = [
         Line(
@@ -202,7 +204,9 @@ def _forest(
 
 def _factor(found: StudyResult, name: str, value: str, specimen: str) -> Factor:
     of = Counter(each[name] for each in found.rows if name in each)
-    used = Counter(each[name] for each in found.rows if name in each and not left_out(each))
+    used = Counter(
+        each[name] for each in found.rows if name in each and not explain_exclusion(each)
+    )
     if len(of) > LEVELS:
         return Factor(name, (), note=f"{len(of)} values: {_few(sorted(of))}.")
     means: dict[str, str] = {}

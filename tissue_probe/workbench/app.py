@@ -141,7 +141,7 @@ async def _open(requests: Requests, path: Path) -> Opened:
 
 async def _open_state(requests: Requests, path: Path) -> None:
     """Replace the desk by a kept one."""
-    kept = await asyncio.to_thread(state.unpacked_state, path, path.parent / "state")
+    kept = await asyncio.to_thread(state.unpack_state, path, path.parent / "state")
     for number in list(requests.desk.files):
         requests.desk.forget(number)
     await state.restore(requests.desk, kept)

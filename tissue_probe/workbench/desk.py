@@ -17,9 +17,9 @@ from numpy.typing import NDArray
 
 from tissue_probe.workbench.opened import Opened
 from tissue_probe.workbench.page_messages import ErrorsMessage, OwnEffectMessage
-from tissue_probe.workbench.question import Asked
+from tissue_probe.workbench.question import StatedQuestion
 from tissue_probe.workbench.refused import RequestRefused
-from tissue_probe.workbench.work import READING, Work, predicted_file
+from tissue_probe.workbench.work import READING, Work, predict_file
 from tissue_probe.workbench.workshop import Cancelled, Workshop
 
 if TYPE_CHECKING:
@@ -85,7 +85,7 @@ class Ranking:
             raise RequestRefused("the ranking is of another model")
         if self.result is not None:
             return self.result.explained_by(effect, stretch)
-        path = predicted_file(Path(self.kept.name), effect, stretch)
+        path = predict_file(Path(self.kept.name), effect, stretch)
         if effect not in self.told or not path.exists():
             raise RequestRefused(f"{effect} is not fitted yet")
         return np.fromfile(path) - rung.compared.fit.predicted[stretch]
@@ -116,7 +116,7 @@ class Desk:
         self.files: dict[int, Opened] = {}
         self.fitted: int | None = None
         self.second: int | None = None
-        self.asked = Asked()
+        self.asked = StatedQuestion()
         self.effects: tuple[str, ...] = ()
         self.own: list[OwnEffectMessage] = []
         self.rungs: list[Rung] = []
@@ -409,7 +409,7 @@ class Desk:
         if opened.problem is not None:
             raise opened.problem
         self._read_already(opened)
-        self.asked = Asked().changed(self.study.asked)
+        self.asked = StatedQuestion().changed(self.study.asked)
         self._forget_fits()
         await self.use(opened.number, None)
 

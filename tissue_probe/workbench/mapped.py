@@ -21,7 +21,7 @@ from tissue_probe.workbench.page_messages import (
 from tissue_probe.workbench.refused import RequestRefused
 
 
-def told_map(found: MapResult) -> MapMessage:
+def tell_map(found: MapResult) -> MapMessage:
     """Return all but the raster, in SI units."""
     return {
         "text": found.text,

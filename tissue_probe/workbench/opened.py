@@ -54,7 +54,7 @@ class Opened:
     problem: RequestRefused | None = None
 
 
-def checked_layout(given: dict[str, Any]) -> dict[str, Any]:
+def check_layout(given: dict[str, Any]) -> dict[str, Any]:
     """Return a page's statements on a file, as ``tissue_probe.read`` takes them; blanks left out.
 
     Raises

@@ -17,7 +17,7 @@ SUPPOSED: dict[str, Any] = {"tissue": "kelvin_voigt"}
 PAGE_ITEMS = tuple(each for each in ITEMS_BY_NAME.values() if each.kind not in ("file", "files"))
 
 
-def checked_question(given: dict[str, Any]) -> dict[str, Any]:
+def check_question(given: dict[str, Any]) -> dict[str, Any]:
     """Return a page's statements on the model, as ``tissue_probe.compare`` takes them.
 
     Raises
@@ -29,7 +29,7 @@ def checked_question(given: dict[str, Any]) -> dict[str, Any]:
 
 
 @dataclass(frozen=True)
-class Asked:
+class StatedQuestion:
     """The question, by the names of the items: what is stated, and what is supposed elsewhere.
 
     ``constants`` holds (value, standard deviation) by name.
@@ -41,9 +41,9 @@ class Asked:
         whole = {each.name: self.items.get(each.name, _suppose(each)) for each in PAGE_ITEMS}
         object.__setattr__(self, "items", whole)
 
-    def changed(self, given: dict[str, Any]) -> Asked:
+    def changed(self, given: dict[str, Any]) -> StatedQuestion:
         """Return it with a page's further statements, checked."""
-        return Asked({**self.items, **checked_question(given)})
+        return StatedQuestion({**self.items, **check_question(given)})
 
     def parameters(self) -> dict[str, Any]:
         """Return it as ``compare`` and ``diagnose`` take it: None where nothing is stated."""

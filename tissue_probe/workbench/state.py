@@ -132,7 +132,7 @@ def _at(opened: list[Opened | None], place: int | None) -> Opened | None:
     return opened[place] if place is not None and 0 <= place < len(opened) else None
 
 
-def packed_state(desk: Desk) -> bytes:
+def pack_state(desk: Desk) -> bytes:
     """Return the desk and all its recordings as one file."""
     told = state(desk)
     buffer = BytesIO()
@@ -154,7 +154,7 @@ def packed_state(desk: Desk) -> bytes:
     return buffer.getvalue()
 
 
-def unpacked_state(path: Path, folder: Path) -> dict[str, Any]:
+def unpack_state(path: Path, folder: Path) -> dict[str, Any]:
     """Unpack a state's recordings into a folder, and return it with their paths.
 
     Effects of one's own are unpacked, but not named: a user who opens a file has not agreed to run

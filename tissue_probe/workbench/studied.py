@@ -13,7 +13,7 @@ from typing import Any
 
 from tissue_probe.analysis.asked import ITEMS_BY_NAME
 from tissue_probe.studies.dataset import Dataset
-from tissue_probe.studies.exclusion import left_out
+from tissue_probe.studies.exclusion import explain_exclusion
 from tissue_probe.studies.key import key_of_question
 from tissue_probe.studies.plan import Plan, read_plan
 from tissue_probe.studies.row import SHOWN, SIGNAL_STATEMENTS
@@ -92,11 +92,11 @@ def _as_stated(kind: str, given: Any) -> Any:
 
 
 def _cells(row: Mapping[str, Any], names: Sequence[str]) -> list[Any]:
-    reason = left_out(row).replace(row["path"], Path(row["path"]).name)
+    reason = explain_exclusion(row).replace(row["path"], Path(row["path"]).name)
     return [*(row.get(name) for name in names), reason]
 
 
-def opened_study(path: Path) -> Studied:
+def open_study(path: Path) -> Studied:
     """Return a study that was run.
 
     Raises

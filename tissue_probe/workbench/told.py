@@ -16,7 +16,7 @@ from tissue_probe.quantities import SIDE
 from tissue_probe.recording.units import FORCE_UNITS, POSITION_UNITS, TIME_UNITS, VELOCITY_UNITS
 from tissue_probe.workbench import examples
 from tissue_probe.workbench.desk import Desk, Ranking, Rung
-from tissue_probe.workbench.mapped import told_map
+from tissue_probe.workbench.mapped import tell_map
 from tissue_probe.workbench.opened import Opened
 from tissue_probe.workbench.page_messages import (
     AnswerMessage,
@@ -231,4 +231,4 @@ def _map(desk: Desk) -> MapMessage | None:
         return None
     file, number = desk.mapped
     site = desk.asked.of_samples()["site"]
-    return {**told_map(desk.map), "number": number, "file": file, "site": site}
+    return {**tell_map(desk.map), "number": number, "file": file, "site": site}

@@ -15,7 +15,7 @@ from tissue_probe.diagnosis.fitting.point import SearchPoint, scale_of
 from tissue_probe.diagnosis.fitting.problem import Problem
 from tissue_probe.diagnosis.observation.measurement import Measurement
 from tissue_probe.diagnosis.residuals.whiteness import colour, unevenness
-from tissue_probe.physics.rounding import COARSE_STEP, smoothed
+from tissue_probe.physics.rounding import COARSE_STEP, smooth_rounding
 from tissue_probe.signals import BoolArray, FloatArray
 
 #: Parts of a record that are left out of the fit in turn.
@@ -104,7 +104,7 @@ def _estimate_rounding(problem: Problem, point: SearchPoint) -> float:
 def _as_read(measurement: Measurement, step: float) -> tuple[FloatArray, FloatArray]:
     """Return the position that is taken for the true one, and one as likely; smooth for a step."""
     if step > 0.0:
-        found = smoothed(measurement.position, step)
+        found = smooth_rounding(measurement.position, step)
         return found.course, found.course + found.error
     if measurement.misread is not None:
         return measurement.position, measurement.position + measurement.misread

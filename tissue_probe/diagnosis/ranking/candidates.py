@@ -117,9 +117,9 @@ def _search_relaxation(
     if not names:
         return []
     from tissue_probe.physics.effects import EFFECTS
-    from tissue_probe.physics.resized import sized
+    from tissue_probe.physics.resized import resize_effect
 
-    own = [sized(EFFECTS[name], composition.scale) for name in names]
+    own = [resize_effect(EFFECTS[name], composition.scale) for name in names]
     solid = fit_base(replace(composition, tissue="kelvin_voigt"), measurements, instrument)
     return [fit.named() for fit in fit_candidates(solid, own, instrument)]
 

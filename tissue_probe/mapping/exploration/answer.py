@@ -95,7 +95,7 @@ class KnownInclusion:
 
 
 @dataclass(frozen=True)
-class Answer:
+class SiteAnswer:
     """What is known of the question.
 
     Attributes
@@ -125,7 +125,7 @@ class Answer:
     open: tuple[str, ...]
 
 
-def answer(sampled: Sampled, sought: Sought = Sought(), *, checked: bool = True) -> Answer:
+def answer(sampled: Sampled, sought: Sought = Sought(), *, checked: bool = True) -> SiteAnswer:
     """Return what the states say to the question whether inclusions are in their area.
 
     Parameters
@@ -145,7 +145,7 @@ def answer(sampled: Sampled, sought: Sought = Sought(), *, checked: bool = True)
             f"{places} sites cannot tell an inclusion from a tilted background: give "
             f"{LEAST_SITES} or more"
         )
-        return Answer(sought, none, none, (), False, "not known yet", (few,))
+        return SiteAnswer(sought, none, none, (), False, "not known yet", (few,))
     far = _distances(relevant, sampled.found)
     # Beyond the numbers of all where none is as near as a tip.
     nearest = np.column_stack([far, np.full(len(far), LINK)]).argmin(axis=1)
@@ -185,7 +185,7 @@ def answer(sampled: Sampled, sought: Sought = Sought(), *, checked: bool = True)
         told += f"no further {sought.text}, {_round_down(no_further)}"
     else:
         told = f"not known yet: no {sought.text}, {_round_down(none)}"
-    return Answer(sought, none, no_further, known, not still_open, told, tuple(still_open))
+    return SiteAnswer(sought, none, no_further, known, not still_open, told, tuple(still_open))
 
 
 def _holds(sampled: Sampled) -> bool:

@@ -19,14 +19,14 @@ from tissue_probe.mapping.posterior.moves import (
     ChainState,
     Scratch,
     SitesRegion,
-    another_level,
     begin_state,
-    changed_one,
-    log_told,
+    make_scratch,
     propose_birth,
+    propose_change,
     propose_death,
-    redrawn,
-    scratch_for,
+    propose_level,
+    propose_redraw,
+    weigh_told,
 )
 from tissue_probe.mapping.posterior.outliers import ErrorKinds, propose_errors
 from tissue_probe.mapping.posterior.prior import MOST_INCLUSIONS
@@ -58,13 +58,13 @@ def _move(
     elif choice < _JUMP:
         count = propose_death(state, count, beta, region, scratch)
     elif choice < _JUMP + _REDRAWN:
-        redrawn(state, count, beta, region, scratch)
+        propose_redraw(state, count, beta, region, scratch)
     elif choice < _JUMP + _REDRAWN + _LEVEL_MOVE:
-        level = another_level(state, level, beta, precision, log_weight, scratch)
+        level = propose_level(state, level, beta, precision, log_weight, scratch)
     elif choice < _JUMP + _REDRAWN + _LEVEL_MOVE + _ERRED:
         propose_errors(state, beta, outliers)
     else:
-        changed_one(state, count, np.random.randint(KINDS), beta, region, scratch)
+        propose_change(state, count, np.random.randint(KINDS), beta, region, scratch)
     return count, level
 
 
@@ -112,7 +112,7 @@ def run(
         Written: inclusions, their number, the level, and how each site errs, of each kept state.
     """
     np.random.seed(seed)
-    rungs, written, scratch = betas.size, 0, scratch_for(y.size)
+    rungs, written, scratch = betas.size, 0, make_scratch(y.size)
     count, level = (
         ends[:, MOST_INCLUSIONS, 0].astype(np.int64),
         ends[:, MOST_INCLUSIONS, 1].astype(np.int64),
@@ -133,8 +133,8 @@ def run(
         if rungs > 1 and (step + 1) % _EXCHANGE == 0:
             rung = np.random.randint(rungs - 1)
             a, b = at[rung], at[rung + 1]
-            gain = log_told(states[b], level[b], log_weight)
-            gain -= log_told(states[a], level[a], log_weight)
+            gain = weigh_told(states[b], level[b], log_weight)
+            gain -= weigh_told(states[a], level[a], log_weight)
             if math.log(np.random.random()) < (betas[rung] - betas[rung + 1]) * gain:
                 at[rung], at[rung + 1] = b, a
         if (step + 1) % thin == 0:

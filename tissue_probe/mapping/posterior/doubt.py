@@ -59,7 +59,7 @@ class SiteDoubt:
     probability: float
 
 
-def felt_by(one: FoundInclusion, states: States, background: Background) -> IntArray:
+def find_visits_of(one: FoundInclusion, states: States, background: Background) -> IntArray:
     """Return the rows of the visits that feel an inclusion, in most states that have it."""
     rows, count, chosen = one.some(_MEDIAN_MEMBERS)
     _, _, level, kinds = (each[chosen] for each in states.flat())

@@ -20,7 +20,7 @@ from tissue_probe.mapping.posterior.background import Background
 from tissue_probe.mapping.posterior.felt_surface import sums_at
 from tissue_probe.mapping.posterior.prior import LOG_ASPECT, LOG_RADIUS
 from tissue_probe.mapping.posterior.sampling import States
-from tissue_probe.mapping.posterior.shape import squared_distance
+from tissue_probe.mapping.posterior.shape import measure_distance
 from tissue_probe.signals import BoolArray, FloatArray, IntArray
 
 LARGEST_HIDDEN = 10.0  # mm
@@ -100,7 +100,7 @@ def _radii(
             for s in range(count.size):
                 covered[s] = False
                 for m in range(count[s]):
-                    if squared_distance(rows[s, m], px, py) < 1.0:
+                    if measure_distance(rows[s, m], px, py) < 1.0:
                         covered[s] = True
                         longest = math.exp(rows[s, m, LOG_RADIUS] + 0.5 * rows[s, m, LOG_ASPECT])
                         largest = max(largest, longest)

@@ -40,7 +40,7 @@ from tissue_probe.mapping.posterior.prior import (
     log_prior_of_contrast,
     log_prior_of_shape,
 )
-from tissue_probe.mapping.posterior.shape import squared_distance, write_shape
+from tissue_probe.mapping.posterior.shape import measure_distance, write_shape
 from tissue_probe.signals import FloatArray, IntArray
 
 #: Share of births anywhere, against those where the sites are off; of contrasts from the prior,
@@ -120,8 +120,8 @@ def log_apart(rows: FloatArray, count: int, row: FloatArray, skipped: int) -> fl
     for j in range(count):
         if j != skipped:
             if (
-                squared_distance(rows[j], row[X], row[Y]) < 1.0
-                or squared_distance(row, rows[j, X], rows[j, Y]) < 1.0
+                measure_distance(rows[j], row[X], row[Y]) < 1.0
+                or measure_distance(row, rows[j, X], rows[j, Y]) < 1.0
             ):
                 return -np.inf
             distance = math.hypot(rows[j, X] - row[X], rows[j, Y] - row[Y])
@@ -448,7 +448,7 @@ def propose_death(
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def redrawn(
+def propose_redraw(
     state: ChainState, count: int, beta: float, region: SitesRegion, scratch: Scratch
 ) -> None:
     """Propose another inclusion instead of one, as if that had died and this were born."""
@@ -484,7 +484,7 @@ def redrawn(
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def another_level(
+def propose_level(
     state: ChainState,
     level: int,
     beta: float,
@@ -510,7 +510,7 @@ def another_level(
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def log_told(state: ChainState, level: int, log_weight: FloatArray) -> float:
+def weigh_told(state: ChainState, level: int, log_weight: FloatArray) -> float:
     """Return what the data say of a state: its log density at a beta of 1, less the prior's."""
     return float(log_weight[level] + state.log_det[0] - 0.5 * np.dot(state.r, state.residual))
 
@@ -538,7 +538,7 @@ def _same_at_nearest(
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def changed_one(
+def propose_change(
     state: ChainState, count: int, kind: int, beta: float, region: SitesRegion, scratch: Scratch
 ) -> None:
     """Propose another place, extent, contrast or shape of an inclusion: ``kind`` of ``KINDS``."""
@@ -604,7 +604,7 @@ def begin_state(
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def scratch_for(n: int) -> Scratch:
+def make_scratch(n: int) -> Scratch:
     """Return scratch for the moves of states of n sites."""
     return Scratch(
         np.empty(PARAMETERS), np.empty(n), np.zeros(n), np.empty(n), np.empty(n),

@@ -39,7 +39,7 @@ def metric(row: FloatArray) -> tuple[float, float, float]:
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def squared_distance(row: FloatArray, x: float, y: float) -> float:
+def measure_distance(row: FloatArray, x: float, y: float) -> float:
     """Return (rho / R)^2 of a place [mm]; 1 on the boundary."""
     a, b, c = metric(row)
     across, up = x - row[X], y - row[Y]

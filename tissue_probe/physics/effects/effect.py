@@ -247,9 +247,9 @@ class Effect:
 
     def __reduce_ex__(self, protocol: SupportsIndex) -> Any:
         """Come back from bytes as the library's own, in its form; a user's own as what it holds."""
-        from tissue_probe.physics.library_form import found_in_library, of_library
+        from tissue_probe.physics.library_form import find_in_library, of_library
 
-        place = found_in_library(self)
+        place = find_in_library(self)
         return super().__reduce_ex__(protocol) if place is None else (of_library, place)
 
     @property

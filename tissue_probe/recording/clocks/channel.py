@@ -66,7 +66,7 @@ class Fault:
     sentence: str
 
 
-class Channel:
+class MessageChannel:
     """Takes the messages of a topic in the order they come, and keeps the usable ones.
 
     Parameters
