@@ -20,7 +20,7 @@ from benchmarks.live_loop.arm import DELAY, RATE, Array, Cable, Measured, World
 from tissue_probe.sensor.compensation import compensation
 from tissue_probe.sensor.identify import Identified, identify
 from tissue_probe.sensor.live import LiveCompensation
-from tissue_probe.sensor.measured import Track, stretches
+from tissue_probe.sensor.sensor_tracks import Track, stretches
 from tissue_probe.signals import NANOSECONDS
 
 FIRST = 1000

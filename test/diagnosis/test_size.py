@@ -15,10 +15,10 @@ from tissue_probe.diagnosis.observation.noise import Noise
 from tissue_probe.diagnosis.sizing import size_of, told_of_size
 from tissue_probe.physics import library
 from tissue_probe.physics.composition import Composition
+from tissue_probe.physics.effect_scale import over, resize_effect
 from tissue_probe.physics.effects import EFFECTS
 from tissue_probe.physics.effects.effect import TIP_VELOCITY
 from tissue_probe.physics.model_file import load
-from tissue_probe.physics.resized import over, resize_effect
 from tissue_probe.physics.scale import USUAL, Scale, UnitError
 
 POWERS = [Scale(length=1e3), Scale(force=1e-3, time=1e3), Scale(1e-6, 1e-9, 1e-3)]

@@ -33,7 +33,7 @@ from conftest import (
     goal,
     own_domain,
 )
-from tissue_probe.analysis.recorded import estimate_again, find_phantom, node_parameters
+from tissue_probe.analysis.recorded_facts import estimate_again, find_phantom, node_parameters
 from tissue_probe.estimation import ESTIMATORS
 from tissue_probe.nodes.conversions import estimate_from_message
 from tissue_probe.nodes.session import NodeProcess, Session

@@ -11,7 +11,7 @@ from free_air_world import EPOCH, FORCE_NOISE, RATE, World
 from tissue_probe.sensor.compensation import Compensation, compensation
 from tissue_probe.sensor.identify import identify
 from tissue_probe.sensor.live import Left, LiveCompensation
-from tissue_probe.sensor.measured import Track, stretches
+from tissue_probe.sensor.sensor_tracks import Track, stretches
 from tissue_probe.signals import NANOSECONDS
 
 

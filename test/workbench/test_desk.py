@@ -16,16 +16,16 @@ from served import EXAMPLES
 from tissue_probe.studies.plan import Plan
 from tissue_probe.workbench import state
 from tissue_probe.workbench.desk import Desk
-from tissue_probe.workbench.mapped import raster
+from tissue_probe.workbench.desk_messages import desk as told_of
+from tissue_probe.workbench.map_messages import raster
 from tissue_probe.workbench.messages import as_json
 from tissue_probe.workbench.notebook import notebook
+from tissue_probe.workbench.opened_study import Studied, open_study
 from tissue_probe.workbench.pages import Page
 from tissue_probe.workbench.pictures import Pictures
 from tissue_probe.workbench.question import StatedQuestion
-from tissue_probe.workbench.refused import RequestRefused
-from tissue_probe.workbench.requested import request
-from tissue_probe.workbench.studied import Studied, open_study
-from tissue_probe.workbench.told import desk as told_of
+from tissue_probe.workbench.refusal import RequestRefused
+from tissue_probe.workbench.request_declarations import request
 from tissue_probe.workbench.work import Work
 from tissue_probe.workbench.workshop import Cancelled, Workshop
 

@@ -14,15 +14,15 @@ import tissue_probe as tp
 from served import EXAMPLES
 from tissue_probe import workbench
 from tissue_probe.studies.plan import Plan
-from tissue_probe.workbench import told
+from tissue_probe.workbench import desk_messages
 from tissue_probe.workbench.desk import Desk
 from tissue_probe.workbench.messages import as_json
+from tissue_probe.workbench.opened_study import Studied
 from tissue_probe.workbench.page_messages import AnswerMessage, Answers, News
 from tissue_probe.workbench.page_types import write_types
 from tissue_probe.workbench.pictures import Pictures
 from tissue_probe.workbench.question import StatedQuestion
-from tissue_probe.workbench.requested import REQUESTS, request
-from tissue_probe.workbench.studied import Studied
+from tissue_probe.workbench.request_declarations import REQUESTS, request
 from tissue_probe.workbench.workshop import Workshop
 
 LAYOUT = {"force_polarity": "compression"}
@@ -77,7 +77,7 @@ def test_each_request_has_a_declared_answer():
 
 
 def test_a_desk_is_told_as_it_is_declared(desks):
-    whole, asking, mapped = map(told.desk, desks)
+    whole, asking, mapped = map(desk_messages.desk, desks)
     assert whole["ranking"]["done"]
     assert whole["rungs"][1]["second"] is not None
     assert asking["files"][0]["problem"] is not None
@@ -89,7 +89,7 @@ def test_a_desk_is_told_as_it_is_declared(desks):
 
 
 def test_choices_and_a_study_are_told_as_they_are_declared():
-    check(News, "choices", told.choices(live=True, commands=False))
+    check(News, "choices", desk_messages.choices(live=True, commands=False))
     rows = [{"path": "/somewhere/one.csv", "status": "done", "tissue": "liver", "rmse": 0.1}]
     study = Studied("study.yaml", Plan({Path("/somewhere/one.csv"): {"tissue": "liver"}}), rows)
     check(News, "study", study.describe_study())

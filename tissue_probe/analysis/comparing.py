@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from tissue_probe import arguments as take
-from tissue_probe.alike import Alike
 from tissue_probe.analysis import fit_shown
 from tissue_probe.analysis.asking import asks
 from tissue_probe.analysis.error_view import ErrorView, error_view
@@ -33,6 +32,7 @@ from tissue_probe.diagnosis.ranking.carried import carry_model
 from tissue_probe.diagnosis.sharing import WORKERS, among
 from tissue_probe.diagnosis.sizing import library_of_size
 from tissue_probe.errors import MeasurementError
+from tissue_probe.likeness import Alike
 from tissue_probe.physics.fitted_model import FittedModel
 from tissue_probe.signals import FloatArray
 

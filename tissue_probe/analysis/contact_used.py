@@ -12,12 +12,12 @@ from pathlib import Path
 from typing import Any
 
 from tissue_probe import arguments as take
-from tissue_probe.alike import Alike
 from tissue_probe.analysis.contacting import ContactResult
 from tissue_probe.contact import admittance as gains_of
 from tissue_probe.contact import mujoco_pair
 from tissue_probe.contact.contact import Contact, load
 from tissue_probe.contact.loop import Admittance
+from tissue_probe.likeness import Alike
 
 Given = ContactResult | Contact | str | Path
 """A contact, as itself or by its file."""

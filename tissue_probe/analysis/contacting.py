@@ -14,7 +14,6 @@ from typing import Any
 import numpy as np
 
 from tissue_probe import arguments as take
-from tissue_probe.alike import Alike
 from tissue_probe.analysis.contact_lost import in_contact
 from tissue_probe.analysis.contact_told import (
     ASKED_NUMBERS,
@@ -37,6 +36,7 @@ from tissue_probe.diagnosis.observation.measurement import Measurement
 from tissue_probe.diagnosis.prepared import prepare_question
 from tissue_probe.diagnosis.ranking.candidates import fit_base
 from tissue_probe.errors import ParameterError
+from tissue_probe.likeness import Alike
 from tissue_probe.physics.composition import Composition
 from tissue_probe.physics.kinds import LONGEST_DELAY, MOST_EARLY
 from tissue_probe.physics.rigs import RIGID_PROBE

@@ -9,15 +9,15 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from tissue_probe import arguments as take
-from tissue_probe.alike import Alike
 from tissue_probe.analysis.choices import FILTERED_RIGS, FilteredRig
 from tissue_probe.analysis.measurements import ReadRecording, Source, measurements_of
-from tissue_probe.analysis.recorded import estimator_settings, restarts_at_sites
+from tissue_probe.analysis.recorded_facts import estimator_settings, restarts_at_sites
 from tissue_probe.analysis.segments import check_enough
 from tissue_probe.diagnosis.inspection.inspection import inspect
 from tissue_probe.errors import MeasurementError, ParameterError
 from tissue_probe.estimation import EstimatorSettings
 from tissue_probe.estimation.offline import estimate as run_estimator
+from tissue_probe.likeness import Alike
 from tissue_probe.physics.rigs import RIGS
 from tissue_probe.recording.clocks.stretches import dwell_blocks
 from tissue_probe.recording.writing.tables import estimate_columns, write_estimates

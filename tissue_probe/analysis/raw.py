@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 from tissue_probe.alignment import Alignment
-from tissue_probe.analysis.recorded import metadata_value
+from tissue_probe.analysis.recorded_facts import metadata_value
 from tissue_probe.devices.calibration import Calibration, Tare
 from tissue_probe.settings import SettingsError
 from tissue_probe.signals import FloatArray, Recording, SampleBlock

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from tissue_probe import arguments as take
-from tissue_probe.alike import Alike
+from tissue_probe.likeness import Alike
 from tissue_probe.recording.bags.bag import Bag, by_log_time
 from tissue_probe.recording.bags.decoding import Decoder
 from tissue_probe.recording.bags.open_bag import is_bag, open_bag
@@ -23,7 +23,7 @@ from tissue_probe.recording.units import FORCE_UNITS, POSITION_UNITS, TIME_UNITS
 from tissue_probe.sensor import compensation
 from tissue_probe.sensor.free_air import WRENCH_AXES, WRENCH_UNITS, FreeAir
 from tissue_probe.sensor.identify import Identified, identify
-from tissue_probe.sensor.measured import Track, stretches
+from tissue_probe.sensor.sensor_tracks import Track, stretches
 from tissue_probe.signals import NANOSECONDS
 
 PLACE_COLUMNS, TURN = ("x", "y", "z"), ("qx", "qy", "qz", "qw")

@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING, Annotated, Literal, cast
 
 import typer
 
-from tissue_probe.analysis.asked import ITEMS_BY_NAME
 from tissue_probe.analysis.choices import Starts
-from tissue_probe.cli.measured import Site, read
+from tissue_probe.analysis.question_items import ITEMS_BY_NAME
+from tissue_probe.cli.measurement_options import Site, read
 from tissue_probe.quantities import SIDE
 
 if TYPE_CHECKING:

@@ -148,7 +148,7 @@ def _corners() -> dict[str, list[float]]:
 def evaluate(bag: Path, folder: Path, explored: bool) -> None:
     """Draw and print the results of a recorded scan."""
     from tissue_probe.analysis.mapping import map_sites
-    from tissue_probe.analysis.recorded import estimate_again
+    from tissue_probe.analysis.recorded_facts import estimate_again
     from tissue_probe.cli.map import summarize
     from tissue_probe.recording.bags.reader import read_recording
 
@@ -165,7 +165,7 @@ def draw_course(recording: Recording, estimates: list[TissueEstimates], folder: 
     """Draw the estimates over time, beside the truth."""
     import numpy as np
 
-    from tissue_probe.analysis.recorded import find_phantom
+    from tissue_probe.analysis.recorded_facts import find_phantom
     from tissue_probe.figures.estimates import draw_estimates
 
     phantom = find_phantom(recording)

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
-from tissue_probe.cli import measured
+from tissue_probe.cli import measurement_options
 from tissue_probe.cli.arguments import EffectFiles, in_a_folder, picture
 from tissue_probe.cli.groups import add_groups
 
@@ -36,8 +36,8 @@ ChooseFor = Literal["edge", "find", "both"]
 
 @add_groups
 def map_command(
-    samples: measured.Samples,
-    signals: measured.Signals,
+    samples: measurement_options.Samples,
+    signals: measurement_options.Signals,
     output: Annotated[
         Path,
         typer.Option(
@@ -59,7 +59,7 @@ def map_command(
         ),
     ] = None,
     effects: EffectFiles = None,
-    rig: measured.FilteredRigOption = None,
+    rig: measurement_options.FilteredRigOption = None,
     raster: Annotated[float, typer.Option(metavar="MM", help="Step of the surface [mm].")] = 0.5,
     contrast: Annotated[
         float,
@@ -130,7 +130,7 @@ def map_command(
     from tissue_probe.analysis.mapping import is_sites, map_sites, refuse_misnamed_sites
     from tissue_probe.recording.layout import Layout
 
-    measured.check_there([samples])
+    measurement_options.check_there([samples])
     source: Source = samples
     layout = signals.layout()
     if is_sites(samples):
@@ -142,7 +142,7 @@ def map_command(
     else:
         if layout == Layout():
             refuse_misnamed_sites(samples)
-        source = measured.read([samples], layout)
+        source = measurement_options.read([samples], layout)
     result = map_sites(
         source,
         estimators=estimator or [],
@@ -166,7 +166,7 @@ def map_command(
         result.save_ply(ply)
     if report is not None:
         result.report(report)
-    measured.tell(result.notes)
+    measurement_options.tell(result.notes)
     summarize(result)
     tell_next(result)
     print(f"The map is in {output}.")

@@ -15,10 +15,10 @@ from typing import Any
 import numpy as np
 import yaml
 
-from tissue_probe.alike import Alike
 from tissue_probe.contact.contact import Contact
 from tissue_probe.contact.loop import Admittance, Margins
 from tissue_probe.errors import ParameterError
+from tissue_probe.likeness import Alike
 from tissue_probe.quantities import SIDE
 
 TOOL_AXES = ("x", "y", "z", "rx", "ry", "rz")

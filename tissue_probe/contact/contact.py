@@ -12,9 +12,9 @@ from typing import Any, Literal
 import yaml
 
 from tissue_probe import bounded_yaml
-from tissue_probe.alike import Alike
 from tissue_probe.bounded_yaml import YamlError
 from tissue_probe.errors import MeasurementError, check_file
+from tissue_probe.likeness import Alike
 from tissue_probe.quantities import SIDE, engineering
 
 CONTACT_FORMAT = "tissue_probe contact 1"

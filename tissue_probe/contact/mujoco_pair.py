@@ -23,9 +23,9 @@ from xml.sax.saxutils import quoteattr
 
 import numpy as np
 
-from tissue_probe.alike import Alike
 from tissue_probe.contact.contact import Contact
 from tissue_probe.errors import MeasurementError, ParameterError, check_file
+from tissue_probe.likeness import Alike
 
 #: d: the smallest that MuJoCo takes (mjMINIMP). The contact takes a part of other forces away that
 #: grows with it: the force under an arm is 1 % off at 0.01, and 9 % at 0.1.

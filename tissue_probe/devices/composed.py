@@ -17,7 +17,7 @@ from numba import njit, types
 
 from tissue_probe.alignment import Alignment
 from tissue_probe.devices.device import DeviceError
-from tissue_probe.physics import compiled
+from tissue_probe.physics import code_cache
 from tissue_probe.physics.composition import Composition
 from tissue_probe.physics.effects import Effect, Parameter
 from tissue_probe.physics.effects.effect import POSITION, TIME, TISSUE_FORCE
@@ -97,7 +97,7 @@ class ComposedProbe:
         with_stage = Composition(OWN, composition.tissue, (*composition.effects, STAGE_EFFECT))
         model = with_stage.model
         digest = hashlib.sha256(repr(model).encode()).hexdigest()[:16]
-        self._kernel = compiled.module(f"plant_{digest}", lambda: source(model))
+        self._kernel = code_cache.module(f"plant_{digest}", lambda: source(model))
         values = {**fitted.values, "stage_depth": 0.0, "stage_speed": 0.0, "held": 1.0}
         self._values = np.array([values[name] for name in self._kernel.VALUES])
         self._tissue = [self._kernel.VALUES.index(name) for name in ("stiffness", "damping")]

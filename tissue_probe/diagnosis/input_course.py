@@ -143,8 +143,8 @@ def _is_as_good(held: Fit, delayed: Sequence[Fit]) -> bool:
 
 def _fit_delay(fit: Fit, instrument: Instrument) -> list[Fit]:
     """Return the model with a delay between its channels, if that can be fitted."""
+    from tissue_probe.physics.effect_scale import resize_effect
     from tissue_probe.physics.effects import EFFECTS
-    from tissue_probe.physics.resized import resize_effect
 
     return fit_candidates(fit, [resize_effect(EFFECTS[DELAY], fit.composition.scale)], instrument)
 

@@ -103,8 +103,8 @@ def library_of_size(
     """
     if scale.is_usual:
         return library
+    from tissue_probe.physics.effect_scale import over, resize_effect
     from tissue_probe.physics.effects import EFFECTS
-    from tissue_probe.physics.resized import over, resize_effect
 
     found = {}
     for name, effect in library.items():

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from tissue_probe.estimation.considered import considered
 from tissue_probe.estimation.layout import Layout
 from tissue_probe.estimation.settings import EstimatorSettings
-from tissue_probe.physics import compiled, machine_code, numba_code
+from tissue_probe.physics import code_cache, machine_code, numba_code
 from tissue_probe.physics.machine_code import MachineCode
 from tissue_probe.physics.rigs import RIGS, Live
 from tissue_probe.physics.rigs.constants import CONTACT_POSITION
@@ -183,4 +183,4 @@ def _stiff(settings: EstimatorSettings) -> EstimatorSettings:
 
 
 def _code(name: str, write: Callable[[], str]) -> MachineCode:
-    return machine_code.load(name, lambda: numba_code.text(compiled.module(name, write), FACTS))
+    return machine_code.load(name, lambda: numba_code.text(code_cache.module(name, write), FACTS))

@@ -22,7 +22,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from tissue_probe.mapping.palpated import PalpatedSites, Place, place_of
+from tissue_probe.mapping.palpated_sites import PalpatedSites, Place, place_of
 from tissue_probe.mapping.site_result import SiteResult
 from tissue_probe.mapping.stiffness_map import StiffnessMapData
 from tissue_probe.mapping.verdict import USABLE, Verdict, verdict_of

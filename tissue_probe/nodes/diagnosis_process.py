@@ -17,7 +17,7 @@ from typing import IO
 from tissue_probe.monitoring.question import Question, Verdict
 from tissue_probe.nodes.low_priority import lower_priority
 
-_MODULE = "tissue_probe.analysis.monitored"
+_MODULE = "tissue_probe.analysis.monitor_worker"
 
 
 class DiagnosisFailed(Exception):

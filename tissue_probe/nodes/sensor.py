@@ -39,7 +39,7 @@ from tissue_probe.sensor.compensation import Compensation, compensation, load_fi
 from tissue_probe.sensor.free_air import WRENCH_AXES, FreeAir
 from tissue_probe.sensor.identify import Identified, identify
 from tissue_probe.sensor.live import WINDOW_MIDDLE, Left, LiveCompensation
-from tissue_probe.sensor.measured import LOWEST_SAMPLE_RATE, Track, stretches
+from tissue_probe.sensor.sensor_tracks import LOWEST_SAMPLE_RATE, Track, stretches
 from tissue_probe.settings import SettingsError, setting
 from tissue_probe.signals import LONGEST_SILENCE, NANOSECONDS, sound_stamp
 from tissue_probe_msgs.action import IdentifySensor

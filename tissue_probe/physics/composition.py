@@ -89,7 +89,7 @@ class Composition:
 
         if self.scale.is_usual:
             return (*(EFFECTS[name] for name in own), *self.effects)
-        from tissue_probe.physics.resized import resize_effect
+        from tissue_probe.physics.effect_scale import resize_effect
 
         return (*(resize_effect(EFFECTS[name], self.scale) for name in own), *self.effects)
 
@@ -172,7 +172,7 @@ class Composition:
         return "\n".join((self.rig.name, self.tissue, *map(_declared, self.all_effects)))
 
     def _turned_kernel(self) -> ResponseKernel:
-        from tissue_probe.physics.resized import over
+        from tissue_probe.physics.effect_scale import over
         from tissue_probe.physics.response import Turned
 
         own = ((each.origin or over(each, self.scale)).plain for each in self.effects)

@@ -7,8 +7,8 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+from tissue_probe.physics.effect_scale import resize_effect
 from tissue_probe.physics.effects import EFFECTS, Effect
-from tissue_probe.physics.resized import resize_effect
 from tissue_probe.physics.scale import Scale
 
 Place = tuple[str, int | None, Scale, float]

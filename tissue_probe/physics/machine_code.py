@@ -23,7 +23,7 @@ from typing import Any
 import llvmlite
 import llvmlite.binding as llvm
 
-from tissue_probe.physics import compiled
+from tissue_probe.physics import code_cache
 
 
 @dataclass(frozen=True)
@@ -82,7 +82,7 @@ Written = tuple[str, Callable[[], Text]]
 def load(
     name: str,
     write: Callable[[], Text],
-    sources: tuple[str, ...] = compiled.ALL_SOURCES,
+    sources: tuple[str, ...] = code_cache.ALL_SOURCES,
     beside: Callable[[Mapping[str, Any]], Written] | None = None,
 ) -> MachineCode:
     """Return the functions of a text, compiled first where no earlier process has.
@@ -90,7 +90,7 @@ def load(
     Parameters
     ----------
     name, sources
-        As for ``compiled.place``.
+        As for ``code_cache.place``.
     write : callable
         Returns the text; called only where no machine code is on disk.
     beside : callable, optional
@@ -110,10 +110,10 @@ def load(
 
 def _object(name: str, write: Callable[[], Text], sources: tuple[str, ...]) -> Path:
     """Return where a text's object file is, written first where no earlier process has."""
-    path = compiled.place(f"{name}_{_host()}", ".o", sources)
+    path = code_cache.place(f"{name}_{_host()}", ".o", sources)
     if not path.exists():
         with _keeping_garbage():
-            compiled.replace(path, _compile(name, write()))
+            code_cache.replace(path, _compile(name, write()))
     return path
 
 

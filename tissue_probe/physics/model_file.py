@@ -20,11 +20,11 @@ from tissue_probe import arguments as take
 from tissue_probe import bounded_yaml
 from tissue_probe.errors import check_file
 from tissue_probe.physics.composition import Composition
+from tissue_probe.physics.effect_scale import resize_effect
 from tissue_probe.physics.effects import EFFECTS, Effect
 from tissue_probe.physics.entry import Entry
 from tissue_probe.physics.fitted_model import FittedModel
 from tissue_probe.physics.library import EffectError, effects, load_effects
-from tissue_probe.physics.resized import resize_effect
 from tissue_probe.physics.rigs import RIGS, Rig
 from tissue_probe.physics.scale import Scale
 from tissue_probe.physics.tissue_names import TissueName

@@ -16,8 +16,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from tissue_probe.call_cache import for_a_call
 from tissue_probe.jumps import jumps
-from tissue_probe.kept import for_a_call
 from tissue_probe.physics import machine_code, numba_code
 from tissue_probe.physics.interpolation import (
     between_jumps,

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from scipy.linalg import solveh_banded
 from scipy.ndimage import uniform_filter1d
 
-from tissue_probe.kept import for_a_call
+from tissue_probe.call_cache import for_a_call
 
 FloatArray = NDArray[np.float64]
 

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from tissue_probe.kept import for_a_call
+from tissue_probe.call_cache import for_a_call
 
 if TYPE_CHECKING:
     from scipy.sparse import csr_array

@@ -10,7 +10,7 @@ from numpy.polynomial import legendre
 
 from tissue_probe.sensor.noise import Colour
 from tissue_probe.sensor.numbers import BIAS_PLACES, RATE_PLACES, Point
-from tissue_probe.sensor.smoothed import Smoothed
+from tissue_probe.sensor.smoothed_air import Smoothed
 from tissue_probe.signals import FloatArray
 
 BELIEVED = 600.0

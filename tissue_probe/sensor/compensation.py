@@ -25,7 +25,7 @@ from tissue_probe.sensor.identify import Identified
 from tissue_probe.sensor.kinematics import Motion
 from tissue_probe.sensor.load import load_columns
 from tissue_probe.sensor.numbers import BIAS_PLACES, DELAY_PLACE, LOAD, RATE_PLACES
-from tissue_probe.sensor.smoothed import LONGEST_SENSOR_DELAY, Smoothed
+from tissue_probe.sensor.smoothed_air import LONGEST_SENSOR_DELAY, Smoothed
 from tissue_probe.signals import NANOSECONDS, FloatArray, sound_stamp
 
 SENSOR_FORMAT = "tissue_probe sensor 1"

@@ -26,7 +26,7 @@ from tissue_probe.sensor.numbers import (
     RATE_PLACES,
     Point,
 )
-from tissue_probe.sensor.smoothed import FLOOR, LONGEST_SENSOR_DELAY, Smoothed
+from tissue_probe.sensor.smoothed_air import FLOOR, LONGEST_SENSOR_DELAY, Smoothed
 from tissue_probe.signals import FloatArray
 
 DELAYS = np.arange(-0.5 * LONGEST_SENSOR_DELAY, LONGEST_SENSOR_DELAY + 1e-9, 0.005)

@@ -15,9 +15,9 @@ from tissue_probe.sensor.free_air import FreeAir
 from tissue_probe.sensor.kinematics import motion
 from tissue_probe.sensor.numbers import DELAY_PLACE, Point
 from tissue_probe.sensor.poses import missing_poses
-from tissue_probe.sensor.smoothed import Smoothed
+from tissue_probe.sensor.smoothed_air import Smoothed
 from tissue_probe.sensor.smoothing import Smoother
-from tissue_probe.sensor.told import SensorNumber, numbers
+from tissue_probe.sensor.told_numbers import SensorNumber, numbers
 from tissue_probe.sensor.verdict import LEAST_CONCERN, missing_effects
 from tissue_probe.signals import FloatArray
 

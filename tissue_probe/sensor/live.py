@@ -21,7 +21,7 @@ from tissue_probe.sensor.kinematics import (
     rotation_between,
     turn_orientation,
 )
-from tissue_probe.sensor.measured import LOWEST_SAMPLE_RATE
+from tissue_probe.sensor.sensor_tracks import LOWEST_SAMPLE_RATE
 from tissue_probe.signals import NANOSECONDS, FloatArray, IntArray
 
 POSE_WINDOW = 0.12

@@ -8,7 +8,7 @@ import numpy as np
 
 from tissue_probe.sensor.free_air import SIZES
 from tissue_probe.sensor.load import NUMBERS
-from tissue_probe.sensor.smoothed import Smoothed
+from tissue_probe.sensor.smoothed_air import Smoothed
 from tissue_probe.signals import FloatArray
 
 LOAD = slice(0, NUMBERS)

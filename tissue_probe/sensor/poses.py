@@ -9,8 +9,8 @@ import numpy as np
 from tissue_probe.sensor.free_air import FreeAir
 from tissue_probe.sensor.kinematics import turn_orientation
 from tissue_probe.sensor.numbers import CORE, PRIOR_DEVIATIONS, Point
-from tissue_probe.sensor.smoothed import Smoothed
-from tissue_probe.sensor.told import SensorNumber, numbers
+from tissue_probe.sensor.smoothed_air import Smoothed
+from tissue_probe.sensor.told_numbers import SensorNumber, numbers
 from tissue_probe.signals import FloatArray
 
 #: A pose is held, or a swing lasts, for so long [s].
@@ -32,7 +32,7 @@ def missing_poses(
     Parameters
     ----------
     point, covariance, noise
-        As in ``told.numbers``.
+        As in ``told_numbers.numbers``.
     orientation : array, shape (4,)
         The last one, from which turns begin.
     """

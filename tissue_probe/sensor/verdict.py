@@ -10,7 +10,7 @@ from tissue_probe.sensor.cable import CableFunctions
 from tissue_probe.sensor.fit import SensorFit
 from tissue_probe.sensor.free_air import WRENCH_AXES, FreeAir
 from tissue_probe.sensor.kinematics import motion
-from tissue_probe.sensor.smoothed import Smoothed
+from tissue_probe.sensor.smoothed_air import Smoothed
 from tissue_probe.sensor.smoothing import Smoother
 from tissue_probe.signals import FloatArray
 

@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from tissue_probe import arguments as take
-from tissue_probe.alike import Alike
 from tissue_probe.errors import FileError, ParameterError
+from tissue_probe.likeness import Alike
 from tissue_probe.one_line import sentence
 from tissue_probe.studies.agreement import Agreement, agreement_of
 from tissue_probe.studies.exclusion import explain_exclusion

@@ -21,11 +21,11 @@ from starlette.routing import Route, WebSocketRoute
 from starlette.websockets import WebSocket
 
 from tissue_probe.errors import TissueProbeError
-from tissue_probe.workbench import state, told, uploads
-from tissue_probe.workbench.opened import Opened
-from tissue_probe.workbench.refused import RequestRefused, describe_refusal
+from tissue_probe.workbench import desk_messages, state, uploads
+from tissue_probe.workbench.opened_file import Opened
+from tissue_probe.workbench.refusal import RequestRefused, describe_refusal
 from tissue_probe.workbench.requests import Requests
-from tissue_probe.workbench.taken import take
+from tissue_probe.workbench.taken_files import take
 
 PAGE = Path(__file__).parent / "page"
 PAGE_TYPES = {".html": "text/html", ".css": "text/css", ".js": "text/javascript",
@@ -39,7 +39,7 @@ BYTES_TYPE = "application/octet-stream"
 async def _answer_refusal(request: Request, error: Exception) -> Response:
     assert isinstance(error, (TissueProbeError, OSError))
     desk = request.app.state.requests.desk
-    words = told.without_paths(desk, str(describe_refusal(error)))
+    words = desk_messages.without_paths(desk, str(describe_refusal(error)))
     return PlainTextResponse(f"{words}\n", status_code=409)
 
 

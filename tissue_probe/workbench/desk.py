@@ -15,10 +15,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from tissue_probe.workbench.opened import Opened
+from tissue_probe.workbench.opened_file import Opened
 from tissue_probe.workbench.page_messages import ErrorsMessage, OwnEffectMessage
 from tissue_probe.workbench.question import StatedQuestion
-from tissue_probe.workbench.refused import RequestRefused
+from tissue_probe.workbench.refusal import RequestRefused
 from tissue_probe.workbench.work import READING, Work, predict_file
 from tissue_probe.workbench.workshop import Cancelled, Workshop
 
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from tissue_probe.analysis.diagnosing import DiagnosisResult
     from tissue_probe.analysis.mapping import MapResult
     from tissue_probe.analysis.measurements import Measurements
-    from tissue_probe.workbench.studied import Studied
+    from tissue_probe.workbench.opened_study import Studied
 
 
 @dataclass

@@ -14,7 +14,7 @@ import tissue_probe as tp
 from tissue_probe.analysis.diagnosing import DiagnosisResult
 from tissue_probe.workbench.decimation import lines
 from tissue_probe.workbench.page_messages import NextMessage
-from tissue_probe.workbench.refused import RequestRefused
+from tissue_probe.workbench.refusal import RequestRefused
 
 #: Width of the plot; of more columns there would be several a pixel.
 PIXELS = 1500

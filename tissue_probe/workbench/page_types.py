@@ -14,7 +14,7 @@ from typing import Any
 from pydantic import TypeAdapter
 
 from tissue_probe.workbench.page_messages import Answers, News
-from tissue_probe.workbench.requested import REQUESTS
+from tissue_probe.workbench.request_declarations import REQUESTS
 
 _HEAD = "// Types of what the server tells and takes: written by page_types.py, not by hand.\n"
 #: Types of JSON Schema that are called otherwise in TypeScript.

@@ -30,8 +30,8 @@ from tissue_probe.workbench.page_messages import (
     SpectrumMessage,
     WhereMessage,
 )
-from tissue_probe.workbench.refused import RequestRefused
-from tissue_probe.workbench.requested import Dots, Lines, LookRequest, Recorded
+from tissue_probe.workbench.refusal import RequestRefused
+from tissue_probe.workbench.request_declarations import Dots, Lines, LookRequest, Recorded
 
 Arrays = dict[str, NDArray[Any]]
 Spans = list[tuple[float, float]]

@@ -1,4 +1,4 @@
-"""The question, as a page states it: the items of ``analysis.asked``, but for files."""
+"""The question, as a page states it: the items of ``analysis.question_items``, but for files."""
 
 from __future__ import annotations
 
@@ -6,10 +6,10 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-from tissue_probe.analysis.asked import ITEMS_BY_NAME, Item
-from tissue_probe.workbench import stated
-from tissue_probe.workbench.declared import shorten_value
-from tissue_probe.workbench.refused import RequestRefused
+from tissue_probe.analysis.question_items import ITEMS_BY_NAME, Item
+from tissue_probe.workbench import form_values
+from tissue_probe.workbench.declaration import shorten_value
+from tissue_probe.workbench.refusal import RequestRefused
 
 #: Values supposed where a page states nothing; of others' recordings the rig is asked for.
 SUPPOSED: dict[str, Any] = {"tissue": "kelvin_voigt"}
@@ -74,10 +74,10 @@ def _check_statement(name: str, value: Any) -> Any:
 
 
 _READ: dict[str, Any] = {
-    "flag": stated.flag,
-    "whole": stated.whole,
-    "number": stated.number,
-    "constants": stated.constants,
-    "odds": stated.odds,
-    "names": stated.names,
+    "flag": form_values.flag,
+    "whole": form_values.whole,
+    "number": form_values.number,
+    "constants": form_values.constants,
+    "odds": form_values.odds,
+    "names": form_values.names,
 }

@@ -21,10 +21,10 @@ from tissue_probe.workbench import state
 from tissue_probe.workbench.app import application
 from tissue_probe.workbench.desk import Desk
 from tissue_probe.workbench.guard import Guard
-from tissue_probe.workbench.kept import Kept
-from tissue_probe.workbench.requested import LONGEST_REQUEST
+from tissue_probe.workbench.kept_desk import Kept
+from tissue_probe.workbench.opened_study import open_study
+from tissue_probe.workbench.request_declarations import LONGEST_REQUEST
 from tissue_probe.workbench.requests import Requests
-from tissue_probe.workbench.studied import open_study
 from tissue_probe.workbench.work import Work
 from tissue_probe.workbench.workshop import Workshop
 

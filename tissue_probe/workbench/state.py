@@ -13,11 +13,11 @@ from io import BytesIO
 from pathlib import Path
 from typing import Any
 
-from tissue_probe.workbench.declared import Declared, as_object, check_declared, shorten_value
+from tissue_probe.workbench.declaration import Declared, as_object, check_declared, shorten_value
 from tissue_probe.workbench.desk import Desk
-from tissue_probe.workbench.opened import Opened
-from tissue_probe.workbench.refused import RequestRefused
-from tissue_probe.workbench.requested import Layout, Stated
+from tissue_probe.workbench.opened_file import Opened
+from tissue_probe.workbench.refusal import RequestRefused
+from tissue_probe.workbench.request_declarations import Layout, Stated
 from tissue_probe.workbench.uploads import LARGEST_UPLOAD, plain
 
 VERSION = 1

@@ -93,7 +93,7 @@ def _take_messages(watch: Any) -> tuple[LiveMessage, dict[str, Any]]:
 
 
 def _map(found: Any) -> bytes:
-    """Return the message of a map, as pages draw that of a recording (``mapped``)."""
+    """Return the message of a map, as pages draw that of a recording (``map_messages``)."""
     told = [f"background {found.background:.1f} N/m"] if math.isfinite(found.background) else []
     head: MapMessage = {
         "text": "\n".join([*told, *found.notes]),

@@ -15,7 +15,7 @@ from collections.abc import Callable
 from typing import Any
 
 from tissue_probe.analysis.passing import from_bytes
-from tissue_probe.workbench.refused import RequestRefused
+from tissue_probe.workbench.refusal import RequestRefused
 from tissue_probe.workbench.work import Work
 from tissue_probe.workbench.worker import DONE, FRAME, WORK_FAILED, WORK_TOLD
 

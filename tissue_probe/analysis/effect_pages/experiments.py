@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tissue_probe.analysis.effect_pages.simulated import DriveMotion, force, rig_for, typical
+from tissue_probe.analysis.effect_pages.simulated_force import DriveMotion, force, rig_for, typical
 from tissue_probe.diagnosis.advice.separation import PROBE_EXPERIMENTS
 from tissue_probe.diagnosis.advice.visibility import SEEN
 from tissue_probe.physics.composition import Composition

@@ -116,8 +116,8 @@ def _search_relaxation(
     names = TISSUE_EFFECTS[composition.tissue]
     if not names:
         return []
+    from tissue_probe.physics.effect_scale import resize_effect
     from tissue_probe.physics.effects import EFFECTS
-    from tissue_probe.physics.resized import resize_effect
 
     own = [resize_effect(EFFECTS[name], composition.scale) for name in names]
     solid = fit_base(replace(composition, tissue="kelvin_voigt"), measurements, instrument)

@@ -36,8 +36,8 @@ HUM, SINE, COSINE = "mains_hum", "hum_sine", "hum_cosine"
 @cache
 def _line(scale: Scale) -> Effect:
     """Return an effect with the equations of hum, at any frequency."""
+    from tissue_probe.physics.effect_scale import resize_effect
     from tissue_probe.physics.effects import EFFECTS
-    from tissue_probe.physics.resized import resize_effect
 
     hum = EFFECTS[HUM]
     parameters = (

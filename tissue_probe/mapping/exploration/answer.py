@@ -18,9 +18,9 @@ from scipy.spatial.distance import cdist
 
 from tissue_probe.errors import ParameterError
 from tissue_probe.mapping.posterior.check import LEAST_PASSED, predictive_probability
-from tissue_probe.mapping.posterior.found import LEAST_PROBABILITY, LINK, FoundInclusion
+from tissue_probe.mapping.posterior.found_inclusions import LEAST_PROBABILITY, LINK, FoundInclusion
+from tissue_probe.mapping.posterior.posterior_sample import LEAST_SITES, Sampled
 from tissue_probe.mapping.posterior.prior import LOG_CONTRAST, LOG_RADIUS, X, Y
-from tissue_probe.mapping.posterior.sampled import LEAST_SITES, Sampled
 from tissue_probe.mapping.posterior.shape import metric
 from tissue_probe.signals import FloatArray, IntArray
 

@@ -42,7 +42,7 @@ from tissue_probe.mapping.posterior.domain import TIP
 from tissue_probe.mapping.posterior.doubt import ASIDE
 from tissue_probe.mapping.posterior.felt_surface import sums_at
 from tissue_probe.mapping.posterior.outliers import ErrorKinds
-from tissue_probe.mapping.posterior.sampled import Sampled
+from tissue_probe.mapping.posterior.posterior_sample import Sampled
 from tissue_probe.signals import FloatArray, IntArray
 
 _MM = 1e3

@@ -20,7 +20,7 @@ from tissue_probe.mapping.exploration.choice import (
 )
 from tissue_probe.mapping.exploration.first import first_sites
 from tissue_probe.mapping.polygon import Polygon
-from tissue_probe.mapping.posterior.sampled import Sampled
+from tissue_probe.mapping.posterior.posterior_sample import Sampled
 from tissue_probe.mapping.sites import Sites
 
 Place = tuple[float, float]

@@ -16,6 +16,7 @@ from numba import njit
 
 from tissue_probe.mapping.posterior.felt_surface import sums_at
 from tissue_probe.mapping.posterior.moves import log_apart
+from tissue_probe.mapping.posterior.posterior_sample import Sampled
 from tissue_probe.mapping.posterior.prior import (
     FURTHER,
     LOG_CONTRAST,
@@ -26,7 +27,6 @@ from tissue_probe.mapping.posterior.prior import (
     draw_contrast,
     draw_shape,
 )
-from tissue_probe.mapping.posterior.sampled import Sampled
 from tissue_probe.mapping.posterior.shape import write_shape
 from tissue_probe.signals import FloatArray
 

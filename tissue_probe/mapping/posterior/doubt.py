@@ -12,7 +12,7 @@ import numpy as np
 from tissue_probe.mapping.posterior.background import Background
 from tissue_probe.mapping.posterior.domain import Domain
 from tissue_probe.mapping.posterior.felt_surface import sums_at
-from tissue_probe.mapping.posterior.found import FoundInclusion
+from tissue_probe.mapping.posterior.found_inclusions import FoundInclusion
 from tissue_probe.mapping.posterior.outliers import VARIANCES
 from tissue_probe.mapping.posterior.sampling import States
 from tissue_probe.signals import FloatArray, IntArray

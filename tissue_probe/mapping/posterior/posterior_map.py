@@ -16,8 +16,14 @@ from tissue_probe.mapping.posterior.boundary import MEMBERS, boundaries, share_i
 from tissue_probe.mapping.posterior.check import LEAST_PASSED, predictive_probability
 from tissue_probe.mapping.posterior.doubt import SiteDoubt
 from tissue_probe.mapping.posterior.felt_surface import sums_at, surface_of
-from tissue_probe.mapping.posterior.found import FoundInclusion
+from tissue_probe.mapping.posterior.found_inclusions import FoundInclusion
 from tissue_probe.mapping.posterior.hidden import could_hide
+from tissue_probe.mapping.posterior.posterior_sample import (
+    FORM_ERROR,
+    LEAST_SITES,
+    FeltSites,
+    Sampled,
+)
 from tissue_probe.mapping.posterior.process import VARIANCE_LEVELS, map_of_process
 from tissue_probe.mapping.posterior.results import (
     Again,
@@ -28,7 +34,6 @@ from tissue_probe.mapping.posterior.results import (
     SurfaceFelt,
     TissueBackground,
 )
-from tissue_probe.mapping.posterior.sampled import FORM_ERROR, LEAST_SITES, FeltSites, Sampled
 from tissue_probe.mapping.posterior.sampling import AGREEMENT, States
 from tissue_probe.mapping.sites import Sites
 from tissue_probe.signals import FloatArray

@@ -14,7 +14,7 @@ from starlette.requests import Request
 from starlette.responses import PlainTextResponse, Response
 
 from tissue_probe.workbench.notebook import notebook
-from tissue_probe.workbench.refused import RequestRefused
+from tissue_probe.workbench.refusal import RequestRefused
 from tissue_probe.workbench.requests import Requests
 from tissue_probe.workbench.state import STATE_ENDING, pack_state
 

@@ -16,8 +16,8 @@ from tissue_probe.quantities import SIDE
 from tissue_probe.recording.units import FORCE_UNITS, POSITION_UNITS, TIME_UNITS, VELOCITY_UNITS
 from tissue_probe.workbench import examples
 from tissue_probe.workbench.desk import Desk, Ranking, Rung
-from tissue_probe.workbench.mapped import tell_map
-from tissue_probe.workbench.opened import Opened
+from tissue_probe.workbench.map_messages import tell_map
+from tissue_probe.workbench.opened_file import Opened
 from tissue_probe.workbench.page_messages import (
     AnswerMessage,
     ChoicesMessage,
@@ -36,7 +36,7 @@ from tissue_probe.workbench.page_messages import (
     StretchesMessage,
 )
 from tissue_probe.workbench.question import PAGE_ITEMS
-from tissue_probe.workbench.refused import RequestRefused
+from tissue_probe.workbench.refusal import RequestRefused
 
 #: A slider goes to this many times its 95 % interval, and at least so far from the value in shares
 #: of it: to see the influence of a parameter it must be moved by more than it is known.

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from tissue_probe.analysis.asked import ITEMS_BY_NAME
+from tissue_probe.analysis.question_items import ITEMS_BY_NAME
 from tissue_probe.studies.dataset import Dataset
 from tissue_probe.studies.exclusion import explain_exclusion
 from tissue_probe.studies.key import key_of_question
@@ -20,7 +20,7 @@ from tissue_probe.studies.row import SHOWN, SIGNAL_STATEMENTS
 from tissue_probe.studies.running import ROWS_FOLDER
 from tissue_probe.workbench.page_messages import StudyMessage
 from tissue_probe.workbench.question import PAGE_ITEMS
-from tissue_probe.workbench.refused import RequestRefused
+from tissue_probe.workbench.refusal import RequestRefused
 
 
 @dataclass(frozen=True)

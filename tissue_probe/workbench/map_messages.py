@@ -10,15 +10,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from tissue_probe.analysis.mapping import MapResult
-from tissue_probe.mapping.posterior.results import Inclusion
+from tissue_probe.analysis.mapping import Inclusion, MapResult
 from tissue_probe.workbench.page_messages import (
     InclusionMessage,
     MapMessage,
     NoMessage,
     SiteMessage,
 )
-from tissue_probe.workbench.refused import RequestRefused
+from tissue_probe.workbench.refusal import RequestRefused
 
 
 def tell_map(found: MapResult) -> MapMessage:

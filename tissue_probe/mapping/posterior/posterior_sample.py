@@ -16,7 +16,7 @@ from tissue_probe.mapping.posterior.background import Background
 from tissue_probe.mapping.posterior.bodies import bodies_of
 from tissue_probe.mapping.posterior.domain import Domain
 from tissue_probe.mapping.posterior.doubt import SiteDoubt, doubts_of, find_visits_of
-from tissue_probe.mapping.posterior.found import FoundInclusion, find_inclusions
+from tissue_probe.mapping.posterior.found_inclusions import FoundInclusion, find_inclusions
 from tissue_probe.mapping.posterior.outliers import prior_of
 from tissue_probe.mapping.posterior.sampling import AGREEMENT, STRETCH, Chains, States
 from tissue_probe.mapping.sites import Sites

@@ -15,7 +15,7 @@ from tissue_probe.recording.clocks.channel import SILENT_PERIODS
 from tissue_probe.recording.clocks.local_cubic import local_cubic
 from tissue_probe.recording.robot.settings import UNIT_ROUNDING
 from tissue_probe.sensor.free_air import WRENCH_AXES, FreeAir
-from tissue_probe.sensor.smoothed import LONGEST_SENSOR_DELAY, SHORTEST
+from tissue_probe.sensor.smoothed_air import LONGEST_SENSOR_DELAY, SHORTEST
 from tissue_probe.signals import LONGEST_SILENCE, NANOSECONDS, FloatArray, IntArray
 
 #: A pose that moves faster has jumped [m/s], [rad/s]: no robot does it where it feels for anything.
