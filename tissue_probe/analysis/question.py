@@ -42,7 +42,7 @@ WHICH_RIG = f"nobody said which rig measured this: give `rig` {_EACH}"
 
 
 class Asked(TypedDict, total=False):
-    """Statements on measurements, by keyword; ``question_items.ITEMS`` gives the meaning of each."""
+    """Statements on measurements, by keyword; ``question_items.ITEMS`` has the meaning of each."""
 
     site: int | None
     lowpass: float | None

@@ -189,8 +189,8 @@ class Effect:
         is far slower or faster than usual, whose times are in other units, nor where the samples
         are too few a period to show it. Its strengths are a sine's and a cosine's.
     scale, origin
-        Of a copy for a record of another size, see ``effect_scale``: which, and the effect that it is
-        a copy of.
+        Of a copy for a record of another size, see ``effect_scale``: which, and the effect that it
+        is a copy of.
     odds : float
         How many times as likely it is missing as any other of the library, before anything is
         measured.

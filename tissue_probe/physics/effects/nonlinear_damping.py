@@ -1,9 +1,9 @@
 """Damping that changes with the speed: by a power of it, by its direction, or by its past.
 
 Quadratic: c |v| v. By a power: c |v / v0|^(n - 1) v with v0 = 10 mm/s in a record of the usual size
-(see ``effect_scale``). By the direction: c |v|, which adds to the damping on the way in and takes from
-it on the way out. Thixotropic: c s v, where s is |v| after a first-order lag; without a lag it is
-quadratic.
+(see ``effect_scale``). By the direction: c |v|, which adds to the damping on the way in and takes
+from it on the way out. Thixotropic: c s v, where s is |v| after a first-order lag; without a lag it
+is quadratic.
 """
 
 from dataclasses import replace
