@@ -187,9 +187,9 @@ def _measurement(record: simulator.SimulatedRecord, at_rest: bool) -> Measuremen
 def _diagnose(measured: Measurement, instrument: Instrument) -> diagnosis.Diagnosis:
     """Diagnose a measurement; once more if kernels had to be compiled or loaded."""
     while True:
-        loaded = machine_code.loaded()
+        loaded = machine_code.count_loaded()
         found = diagnosis.diagnose(Composition(), [measured], instrument, EFFECTS)
-        if machine_code.loaded() == loaded:
+        if machine_code.count_loaded() == loaded:
             return found
 
 

@@ -11,7 +11,7 @@ from statistics import median
 from tempfile import TemporaryDirectory
 
 from benchmarks.suite import ESTIMATORS
-from tissue_probe.analysis.recorded import estimate_again
+from tissue_probe.analysis.recorded_facts import estimate_again
 from tissue_probe.recording.bags.reader import read_recording
 
 #: How often each time is taken; the median counts.

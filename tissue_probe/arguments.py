@@ -18,8 +18,8 @@ from numbers import Integral, Real
 from pathlib import Path
 from typing import Any, NoReturn, TypeVar
 
+from tissue_probe.call_cache import during_a_call
 from tissue_probe.errors import FileError, ParameterError
-from tissue_probe.kept import during_a_call
 from tissue_probe.one_line import sentence
 
 Kind = Callable[[str, Any], Any]
@@ -37,7 +37,7 @@ def checks(**kinds: Kind) -> Callable[[_F], _F]:
     """Let a public function take nothing but values of its parameters' kinds.
 
     An error of the operating system with a file, which tells the file and the fault, becomes one of
-    the family as well. Values kept for the call go with it (``kept``).
+    the family as well. Values kept for the call go with it (``call_cache``).
 
     Parameters
     ----------

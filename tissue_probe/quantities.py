@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, SupportsIndex
+from typing import TYPE_CHECKING, Any, Literal, SupportsIndex
 
 if TYPE_CHECKING:
     import numpy as np
@@ -39,8 +39,8 @@ class Quantity:
         Whether its zero means something: a position counts from anywhere.
     """
 
-    name: str
-    unit: str
+    name: Literal["force", "position"]
+    unit: Literal["N", "m"]
     rate: str
     drawn: str
     per_drawn: float
@@ -96,7 +96,8 @@ FORCE = Quantity("force", "N", "rate of force", "N", 1.0, "mN", 1e3, zeroed=True
 
 def find_quantity(name: str) -> Quantity:
     """Return the quantity of a name."""
-    return {each.name: each for each in (POSITION, FORCE)}[name]
+    known: dict[str, Quantity] = {each.name: each for each in (POSITION, FORCE)}
+    return known[name]
 
 
 def other(quantity: Quantity) -> Quantity:

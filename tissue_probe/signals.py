@@ -11,6 +11,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, fields
 from enum import IntEnum, StrEnum
 from itertools import pairwise, zip_longest
+from typing import Any, overload
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,7 +27,13 @@ NANOSECONDS = 1_000_000_000
 LONGEST_SILENCE = NANOSECONDS // 2
 
 
-def begin_anew(gap: IntArray, usual: IntArray, step: IntArray) -> BoolArray:
+@overload
+def begin_anew(gap: int, usual: int, step: int) -> bool: ...
+@overload
+def begin_anew(gap: IntArray, usual: IntArray, step: IntArray) -> BoolArray: ...
+def begin_anew(
+    gap: int | IntArray, usual: int | IntArray, step: int | IntArray
+) -> bool | BoolArray:
     """Whether samples are the first of another run of the probe than those before them.
 
     They are after a silence, and where their numbers step back, as at a new activation. A dwell is
@@ -229,7 +236,8 @@ def sound_normal(normal: tuple[float, float, float]) -> tuple[float, float, floa
 
 def sample_offsets(count: int, sample_period: float) -> IntArray:
     """Time of each of ``count`` samples after the first [ns], rounded one by one (no drift)."""
-    return np.rint(np.arange(count) * (sample_period * NANOSECONDS)).astype(np.int64)
+    found: IntArray = np.rint(np.arange(count) * (sample_period * NANOSECONDS)).astype(np.int64)
+    return found
 
 
 def join(blocks: Iterable[SampleBlock]) -> list[SampleBlock]:
@@ -531,7 +539,7 @@ class TissueEstimates:
         """Select estimates by a slice or a boolean mask of shape (n,)."""
         return TissueEstimates(self.estimator, *(array[samples] for array in self.arrays()))
 
-    def arrays(self) -> list[NDArray]:
+    def arrays(self) -> list[NDArray[Any]]:
         """Return the arrays in the order of the fields."""
         return [getattr(self, entry.name) for entry in fields(self)[1:]]
 

@@ -21,7 +21,7 @@ import tissue_probe as tp
 from benchmarks.live_loop import simulated
 from benchmarks.live_loop.arm import Tissue, World
 from benchmarks.live_loop.free_air import EPOCH, IDENTIFIED, WITHIN, runs_of
-from tissue_probe.contact.contact import Contact, Number
+from tissue_probe.contact.contact import Contact, ContactNumber
 from tissue_probe.sensor.compensation import compensation, save
 from tissue_probe.sensor.identify import identify
 
@@ -102,8 +102,10 @@ def simulate() -> list[Simulated]:
 
 
 def _felt(name: str, make: Callable[[str], str], stiffness: float) -> Simulated:
-    known = Number(stiffness, 0.01 * stiffness), Number(DAMPING, 0.1 * DAMPING)
-    contact = Contact("adequate", *known, Number(0.8, 0.0), Number(0.0, 0.0), *[1.0] * 7)
+    known = ContactNumber(stiffness, 0.01 * stiffness), ContactNumber(DAMPING, 0.1 * DAMPING)
+    contact = Contact(
+        "adequate", *known, ContactNumber(0.8, 0.0), ContactNumber(0.0, 0.0), *[1.0] * 7
+    )
     with tempfile.TemporaryDirectory() as folder:
         bare, whole = Path(folder) / "bare.xml", Path(folder) / "whole.xml"
         bare.write_text(make(""))

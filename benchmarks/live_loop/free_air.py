@@ -20,7 +20,7 @@ from benchmarks.live_loop.arm import DELAY, RATE, Array, Cable, Measured, World
 from tissue_probe.sensor.compensation import compensation
 from tissue_probe.sensor.identify import Identified, identify
 from tissue_probe.sensor.live import LiveCompensation
-from tissue_probe.sensor.measured import Track, stretches
+from tissue_probe.sensor.sensor_tracks import Track, stretches
 from tissue_probe.signals import NANOSECONDS
 
 FIRST = 1000
@@ -147,7 +147,7 @@ def _live(found: Identified, runs, measured: Measured, joints: bool) -> tuple[fl
         live.take_pose(stamp, rows[number])
         live.take_wrench(stamp, wrenches.rows[number])
         if number % 50 == 49:
-            for left in live.left():
+            for left in live.take_known():
                 place = round((left.stamp - int(poses.stamps[0])) / NANOSECONDS * RATE)
                 noise = measured.wrench[place] - measured.true[place - delayed]
                 off.append(left.wrench - noise)

@@ -23,7 +23,7 @@ from tissue_probe.mapping.exploration.answer import Sought, answer
 from tissue_probe.mapping.exploration.choice import next_sites
 from tissue_probe.mapping.exploration.first import first_sites
 from tissue_probe.mapping.polygon import Polygon
-from tissue_probe.mapping.posterior.sampled import Sampled
+from tissue_probe.mapping.posterior.posterior_sample import Sampled
 from tissue_probe.mapping.sites import Sites
 
 #: Seeds from here on were not looked at while the choice was made.

@@ -6,13 +6,13 @@ import pytest
 from typer.testing import CliRunner
 
 import tissue_probe as tp
-from tissue_probe.analysis.asked import ITEMS, ITEMS_BY_NAME
 from tissue_probe.analysis.question import Asked, question
+from tissue_probe.analysis.question_items import ITEMS, ITEMS_BY_NAME
 from tissue_probe.cli import app
-from tissue_probe.cli.asked import Asked as Options
+from tissue_probe.cli.question_options import Asked as Options
 from tissue_probe.errors import ParameterError
-from tissue_probe.workbench.question import Asked as OfPage
-from tissue_probe.workbench.refused import RequestRefused
+from tissue_probe.workbench.question import StatedQuestion as OfPage
+from tissue_probe.workbench.refusal import RequestRefused
 
 
 def test_python_takes_and_explains_all_that_is_declared():

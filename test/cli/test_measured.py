@@ -11,9 +11,9 @@ from typer.testing import CliRunner
 
 from tissue_probe.analysis.measurements import read
 from tissue_probe.analysis.segments import segments
-from tissue_probe.cli import measured
-from tissue_probe.cli.asked import Asked
+from tissue_probe.cli import measurement_options
 from tissue_probe.cli.groups import add_groups
+from tissue_probe.cli.question_options import Asked
 from tissue_probe.diagnosis.inspection.inspection import inspect
 from tissue_probe.quantities import FORCE
 
@@ -28,9 +28,13 @@ def options():
 
     @app.command()
     @add_groups
-    def command(measurements: measured.Measurements, signals: measured.Signals, asked: Asked):
+    def command(
+        measurements: measurement_options.Measurements,
+        signals: measurement_options.Signals,
+        asked: Asked,
+    ):
         said = asked.keywords()
-        read = measured.read(measurements, signals.layout())
+        read = measurement_options.read(measurements, signals.layout())
         found.extend(segments(read, said["starts"], said.get("site")))
 
     def run(*arguments):

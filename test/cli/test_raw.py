@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import yaml
 
-from tissue_probe.analysis.raw import raw_counts, raw_volts, recalibrate, recorded_calibration
+from tissue_probe.analysis.raw import find_calibration, raw_counts, raw_volts, recalibrate
 from tissue_probe.configuration import stock_configuration
 from tissue_probe.devices.calibration import Calibration, Tare
 from tissue_probe.signals import Recording, SampleBlock
@@ -38,7 +38,7 @@ def recorded(calibration: Calibration) -> Recording:
 @pytest.mark.parametrize("calibration", [OLD, NEW, TARED])
 def test_volts_and_counts_come_back(calibration):
     recording = recorded(calibration)
-    assert recorded_calibration(recording) == calibration
+    assert find_calibration(recording) == calibration
     assert raw_volts(recording) == pytest.approx(VOLTS)
     assert raw_counts(recording) == pytest.approx(COUNTS)
 

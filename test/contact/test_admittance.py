@@ -9,7 +9,7 @@ import pytest
 import yaml
 
 import tissue_probe as tp
-from tissue_probe.contact.contact import Contact, Number
+from tissue_probe.contact.contact import Contact, ContactNumber
 
 MASS, SPRING, DELAY = 2.0, 50.0, 0.012
 STATED = {"mass": MASS, "stiffness": SPRING, "delay": DELAY}
@@ -29,10 +29,10 @@ DECLARED = {
 def contact(stiffness=1000.0, damping=3.0, deviation=0.01, verdict="adequate") -> Contact:
     return Contact(
         verdict=verdict,
-        stiffness=Number(stiffness, deviation * stiffness),
-        damping=Number(damping, 0.3),
-        tip_mass=Number(0.8, 1e-4),
-        delay=Number(4e-3, 1e-4),
+        stiffness=ContactNumber(stiffness, deviation * stiffness),
+        damping=ContactNumber(damping, 0.3),
+        tip_mass=ContactNumber(0.8, 1e-4),
+        delay=ContactNumber(4e-3, 1e-4),
         error=0.1,
         error_over_noise=1.0,
         lowest=1e-3,

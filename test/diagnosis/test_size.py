@@ -15,10 +15,10 @@ from tissue_probe.diagnosis.observation.noise import Noise
 from tissue_probe.diagnosis.sizing import size_of, told_of_size
 from tissue_probe.physics import library
 from tissue_probe.physics.composition import Composition
+from tissue_probe.physics.effect_scale import over, resize_effect
 from tissue_probe.physics.effects import EFFECTS
 from tissue_probe.physics.effects.effect import TIP_VELOCITY
 from tissue_probe.physics.model_file import load
-from tissue_probe.physics.resized import over, sized
 from tissue_probe.physics.scale import USUAL, Scale, UnitError
 
 POWERS = [Scale(length=1e3), Scale(force=1e-3, time=1e3), Scale(1e-6, 1e-9, 1e-3)]
@@ -146,7 +146,7 @@ def test_a_cantilever_and_a_wall_relax_as_tissue_does(stiffness, depth, tmp_path
 def test_a_law_turned_to_another_size_and_back_is_the_same_law(name):
     scale = Scale(1e-6, 1e-3, 1e3)
     for form in EFFECTS[name].every_form:
-        turned = over(sized(form, scale), scale)
+        turned = over(resize_effect(form, scale), scale)
         for one, other in zip(turned.parameters, form.parameters, strict=True):
             bounds = [(each.default, each.lower, each.upper) for each in (one, other)]
             np.testing.assert_allclose(*bounds, rtol=1e-12)
@@ -198,7 +198,10 @@ def test_a_unit_of_something_else_is_refused():
 def test_models_of_two_sizes_share_their_machine_code():
     usual, small = Composition("rigid_probe"), Composition("rigid_probe", scale=Scale(1e-3, 1e-6))
     for name in ("hertz_contact", "springpot"):
-        usual, small = usual.plus(EFFECTS[name]), small.plus(sized(EFFECTS[name], small.scale))
+        usual, small = (
+            usual.plus(EFFECTS[name]),
+            small.plus(resize_effect(EFFECTS[name], small.scale)),
+        )
     assert small.kernel.code == usual.kernel.code
 
 
@@ -227,7 +230,7 @@ def test_a_speed_that_a_law_refers_to_is_told_in_the_records_size():
     scale = Scale(length=1e-3)
     (finding,) = told_of_size(scale)
     assert "10 mm/s (`damping_at_10_mm_s`) to 1e-05 m/s" in finding.sentence
-    law = sized(EFFECTS["nonlinear_damping"].forms[0], scale)
+    law = resize_effect(EFFECTS["nonlinear_damping"].forms[0], scale)
     damping, exponent = (each.symbol for each in law.parameters)
     force = law.force.subs({TIP_VELOCITY: 1e-5, damping: 4.0, exponent: 0.5})
     assert float(force) == pytest.approx(4.0 * 1e-5, rel=1e-3)

@@ -20,7 +20,7 @@ from tissue_probe.diagnosis.ranking import harmonic, rules
 from tissue_probe.diagnosis.revisions import loop
 from tissue_probe.estimation import ESTIMATORS, EstimatorSettings
 from tissue_probe.monitoring.settings import MonitorSettings
-from tissue_probe.recording.robot.settings import RobotSettings
+from tissue_probe.recording.robot.settings import RobotDescription
 
 ROOT = Path(__file__).parents[2]
 README = (ROOT / "README.md").read_text(encoding="utf-8")
@@ -197,7 +197,7 @@ def test_every_executable_and_parameter_exists():
     known = {name for pair in fields for name in pair}
     known |= set(EstimatorSettings.model_fields) | set(Limits.model_fields)
     known |= set(MonitorSettings.model_fields)
-    known |= set(RobotSettings.model_fields)
+    known |= set(RobotDescription.model_fields)
     known |= {name for device in DEVICES.values() for name in device.settings.model_fields}
     for row in rows:
         for cell in names(row[1]):

@@ -5,6 +5,7 @@ from __future__ import annotations
 import importlib
 import json
 import re
+import runpy
 import xml.etree.ElementTree as ElementTree
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -30,6 +31,7 @@ SUITE = {"/probe": [Driver, lambda: EstimatorNode("ekf"), Mapper, Scan], "/stage
 LAYOUT = json.loads((ROOT / "config" / "foxglove_layout.json").read_text())
 RVIZ = yaml.safe_load((ROOT / "config" / "rviz.rviz").read_text())["Visualization Manager"]
 PLOTJUGGLER = ElementTree.parse(ROOT / "config" / "plotjuggler.xml")
+RERUN = runpy.run_path(str(ROOT / "examples" / "rerun_blueprint.py"))
 RVIZ_TYPES = {
     "rviz_default_plugins/MarkerArray": "visualization_msgs/msg/MarkerArray",
     "rviz_default_plugins/PointCloud2": "sensor_msgs/msg/PointCloud2",
@@ -91,6 +93,9 @@ def shown_numbers() -> Iterator[pytest.param]:
     for curve in PLOTJUGGLER.iter("curve"):
         topic, _, field = curve.get("name").rpartition("/")
         yield pytest.param(topic, [field], id=f"plotjuggler:{curve.get('name')}")
+    for plot, curves in RERUN["PLOTS"].items():
+        for topic, _, field in curves:
+            yield pytest.param(topic, [field], id=f"rerun:{plot}:{topic}")
 
 
 def as_ekf(topic: str) -> str:
@@ -102,6 +107,13 @@ def as_ekf(topic: str) -> str:
 def test_every_curve_is_a_number_in_a_published_message(topic, fields, published):
     assert as_ekf(topic) in published
     assert field_type(published[as_ekf(topic)], fields) == "double"
+
+
+def test_rerun_reads_each_curve_from_a_message_of_the_topics_type(published):
+    for curves in RERUN["PLOTS"].values():
+        for topic, component, _ in curves:
+            package, _, name = published[as_ekf(topic)].partition("/msg/")
+            assert component == f"{package}.msg.{name}:message"
 
 
 def test_foxglove_places_every_panel_that_it_configures():

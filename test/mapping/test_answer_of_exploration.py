@@ -8,7 +8,7 @@ import pytest
 from tissue_probe.errors import ParameterError
 from tissue_probe.mapping.exploration.answer import Sought, answer
 from tissue_probe.mapping.polygon import Polygon
-from tissue_probe.mapping.posterior.sampled import Sampled
+from tissue_probe.mapping.posterior.posterior_sample import Sampled
 from tissue_probe.mapping.sites import Sites
 
 SIDE = 0.04

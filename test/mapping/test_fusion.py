@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from tissue_probe.mapping.fusion import (
     Estimate,
     MapBuilder,
-    fused_stddev,
+    fuse_stddev,
     inverse_variance_weights,
 )
 from tissue_probe.mapping.grid import Grid
@@ -377,7 +377,7 @@ def test_the_fused_standard_deviation_is_not_overconfident(correlation):
     covariance = np.outer(sigma, sigma) * np.where(np.eye(3, dtype=bool), 1.0, correlation)
     errors = rng.multivariate_normal(np.zeros(3), covariance, size=20_000)
     weights = inverse_variance_weights(sigma**2)
-    claimed = fused_stddev(weights, np.full(3, 450.0), sigma**2)
+    claimed = fuse_stddev(weights, np.full(3, 450.0), sigma**2)
     observed = (errors @ weights).std()
     assert observed < 1.02 * claimed
     if correlation == 1.0:

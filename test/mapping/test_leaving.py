@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from tissue_probe.mapping.fusion import Estimate
-from tissue_probe.mapping.leaving import Told, period
+from tissue_probe.mapping.leaving import DwellEvidence, period
 from tissue_probe.signals import SampleBlock, Status
 
 BEGIN = 10**18
@@ -20,7 +20,7 @@ def estimate(stamp, k=450.0, sd=0.2):
 
 def dwell(seconds, *, frequency=10.0, filters=("ekf", "ukf"), course=None, status=None, test=TEST):
     """Feed a dwell block by block; return when it was enough, in s since it began, or None."""
-    told = Told(BEGIN, test)
+    told = DwellEvidence(BEGIN, test)
     for number in range(round(seconds * 200)):
         stamp = BEGIN + 5 * MS * number
         t = 0.005 * number + 0.0005 * np.arange(10)
@@ -78,7 +78,7 @@ def test_a_filter_that_does_not_know_the_tissue_yet_is_waited_for():
 
 
 def test_a_filter_that_remembers_while_no_force_is_known_has_told_nothing():
-    told = Told(BEGIN, TEST)
+    told = DwellEvidence(BEGIN, TEST)
     for number in range(200):
         stamp = BEGIN + 5 * MS * number
         t = 0.005 * number + 0.0005 * np.arange(10)
@@ -89,7 +89,7 @@ def test_a_filter_that_remembers_while_no_force_is_known_has_told_nothing():
 
 
 def test_a_filter_that_fell_silent_is_not_taken_for_one_that_agrees():
-    told = Told(BEGIN, 0.0)
+    told = DwellEvidence(BEGIN, 0.0)
     t = 0.0005 * np.arange(2000)
     told.add_samples(SampleBlock(BEGIN, 0, 0.0005, np.sin(62.8 * t), 0 * t, 0 * t))
     for number in range(200):
@@ -105,7 +105,7 @@ def test_without_estimates_or_motion_nothing_is_told():
 
 
 def test_what_came_before_the_dwell_says_nothing_of_it():
-    told = Told(BEGIN, 0.0)
+    told = DwellEvidence(BEGIN, 0.0)
     told.add_estimate("ekf", Status.MODEL_REJECTED, estimate(BEGIN - 1))
     t = 0.0005 * np.arange(400)
     told.add_samples(SampleBlock(BEGIN - 100 * MS, 0, 0.0005, np.sin(62.8 * t), 0 * t, 0 * t))

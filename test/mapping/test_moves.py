@@ -9,13 +9,13 @@ from tissue_probe.mapping.posterior.background import Background
 from tissue_probe.mapping.posterior.domain import Domain
 from tissue_probe.mapping.posterior.moves import (
     KINDS,
-    another_level,
     begin_state,
-    changed_one,
+    make_scratch,
     propose_birth,
+    propose_change,
     propose_death,
-    redrawn,
-    scratch_for,
+    propose_level,
+    propose_redraw,
 )
 from tissue_probe.mapping.posterior.outliers import VARIANCES, prior_of, propose_errors
 from tissue_probe.mapping.posterior.prior import (
@@ -29,7 +29,7 @@ from tissue_probe.mapping.posterior.prior import (
     draw_contrast,
     draw_shape,
 )
-from tissue_probe.mapping.posterior.shape import squared_distance
+from tissue_probe.mapping.posterior.shape import measure_distance
 
 DRAWS = 2500
 #: Moves after each draw: enough that most draws are changed by it.
@@ -70,7 +70,7 @@ def room(rows):
         for other in rows[:i]:
             apart = np.hypot(one[X] - other[X], one[Y] - other[Y])
             inside = min(
-                squared_distance(one, other[X], other[Y]), squared_distance(other, one[X], one[Y])
+                measure_distance(one, other[X], other[Y]), measure_distance(other, one[X], one[Y])
             )
             both = np.exp(one[2]) + np.exp(other[2])
             share *= min(apart / both, 1.0) ** OVERLAP_POWER if inside >= 1.0 else 0.0
@@ -86,13 +86,13 @@ def birth_or_death(state, count, scratch, beta):
 
 
 def anew(state, count, scratch, beta):
-    redrawn(state, count, beta, REGION, scratch)
+    propose_redraw(state, count, beta, REGION, scratch)
     return count
 
 
 def change_of(kind):
     def change(state, count, scratch, beta):
-        changed_one(state, count, kind, beta, REGION, scratch)
+        propose_change(state, count, kind, beta, REGION, scratch)
         return count
 
     return change
@@ -115,7 +115,7 @@ def other_draws():
 
 @pytest.mark.parametrize("name", MOVE)
 def test_each_kind_of_move_alone_gives_the_prior_back(name, other_draws):
-    rng, scratch, move = np.random.default_rng(0), scratch_for(SX.size), MOVE[name]
+    rng, scratch, move = np.random.default_rng(0), make_scratch(SX.size), MOVE[name]
     seeded(2)
     counts, found, changed = [], [], 0
     for _ in range(DRAWS):
@@ -139,11 +139,11 @@ def test_the_level_alone_gives_its_prior_back():
     state = begin_state(
         np.zeros((MOST_INCLUSIONS, PARAMETERS)), 0, NO_OUTLIER, Q, np.zeros(SX.size), REGION
     )
-    scratch = scratch_for(SX.size)
+    scratch = make_scratch(SX.size)
     seeded(4)
     level, times = 0, np.zeros(weight.size)
     for _ in range(40_000):
-        level = another_level(state, level, 1.0, BACKGROUND.precision, weight, scratch)
+        level = propose_level(state, level, 1.0, BACKGROUND.precision, weight, scratch)
         times[level] += 1
     lower = times[: weight.size // 2].sum() / times.sum()
     expected = np.exp(weight[: weight.size // 2]).sum() / np.exp(weight).sum()

@@ -9,8 +9,8 @@ from tissue_probe.errors import ParameterError
 from tissue_probe.mapping.exploration.choice import Travel, next_sites
 from tissue_probe.mapping.polygon import Polygon
 from tissue_probe.mapping.posterior.felt_surface import sums_at
+from tissue_probe.mapping.posterior.posterior_sample import Sampled
 from tissue_probe.mapping.posterior.prior import MOST_INCLUSIONS, PARAMETERS
-from tissue_probe.mapping.posterior.sampled import Sampled
 from tissue_probe.mapping.sites import Sites
 
 AREA = Polygon(np.array([(0.0, 0.0), (0.04, 0.0), (0.04, 0.04), (0.0, 0.04)]))

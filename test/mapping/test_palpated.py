@@ -5,7 +5,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from tissue_probe.mapping.grid import Grid
-from tissue_probe.mapping.palpated import PalpatedSites
+from tissue_probe.mapping.palpated_sites import PalpatedSites
 from tissue_probe.signals import PalpationSite, Phase
 
 

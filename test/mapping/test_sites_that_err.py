@@ -5,7 +5,7 @@ import pytest
 
 from tissue_probe.errors import ParameterError
 from tissue_probe.mapping.posterior.posterior_map import read_out
-from tissue_probe.mapping.posterior.sampled import Sampled
+from tissue_probe.mapping.posterior.posterior_sample import Sampled
 from tissue_probe.mapping.sites import Sites
 
 #: Of the raster; 24 is in its middle.

@@ -16,7 +16,7 @@ import pytest
 from numpy.testing import assert_array_equal
 
 from conftest import PATIENCE
-from tissue_probe.analysis.recorded import gather_sites
+from tissue_probe.analysis.recorded_facts import gather_sites
 from tissue_probe.estimation import ESTIMATORS
 from tissue_probe.recording.bags.open_bag import open_bag
 from tissue_probe.recording.bags.reader import read_estimates, read_map, read_recording

@@ -11,7 +11,7 @@ from visualization_msgs.msg import MarkerArray
 
 import tissue_probe as tp
 from conftest import collect, site_publisher
-from tissue_probe.analysis.recorded import gather_sites
+from tissue_probe.analysis.recorded_facts import gather_sites
 from tissue_probe.mapping.grid import Grid
 from tissue_probe.mapping.posterior.posterior_map import map_of
 from tissue_probe.mapping.posterior.results import PosteriorMap

@@ -33,7 +33,7 @@ from conftest import (
     goal,
     own_domain,
 )
-from tissue_probe.analysis.recorded import estimate_again, node_parameters, recorded_phantom
+from tissue_probe.analysis.recorded_facts import estimate_again, find_phantom, node_parameters
 from tissue_probe.estimation import ESTIMATORS
 from tissue_probe.nodes.conversions import estimate_from_message
 from tissue_probe.nodes.session import NodeProcess, Session
@@ -127,7 +127,7 @@ def test_parameters_excitation_and_phantom_are_in_the_recording(recorded):
     parameters = node_parameters(recording, "excitation.kind", "sine")
     assert parameters["excitation.frequency"] == 10.0
     assert parameters["excitation.amplitude"] == 0.85
-    assert recorded_phantom(recording).background_stiffness == 450.0
+    assert find_phantom(recording).background_stiffness == 450.0
     assert node_parameters(recording, "estimator", "ukf")["load_cell_stiffness"] == 9700.0
 
 

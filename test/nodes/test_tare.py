@@ -16,7 +16,7 @@ from conftest import (
     driver,
     stage_on_tissue,
 )
-from tissue_probe.analysis.raw import raw_counts, raw_volts, recalibrate, recorded_calibration
+from tissue_probe.analysis.raw import find_calibration, raw_counts, raw_volts, recalibrate
 from tissue_probe.configuration import stock_configuration
 from tissue_probe.devices.calibration import Calibration
 from tissue_probe.nodes.conversions import samples_from_message
@@ -56,7 +56,7 @@ def test_the_zero_is_taken_off_in_free_air_and_the_bag_gives_the_raw_volts_back(
         deactivate(running)
 
     recording = read_recording(bag)
-    embedded = recorded_calibration(recording)
+    embedded = find_calibration(recording)
     assert embedded.changed(tares=()) == MEASURED
     tared = recording.stamps >= embedded.tares[0].stamp
     assert recording.force[~tared][-2000:].mean() == pytest.approx(0.7, abs=0.005)

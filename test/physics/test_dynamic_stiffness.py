@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tissue_probe.physics.dynamic_stiffness import handed_over, of_branch
+from tissue_probe.physics.dynamic_stiffness import hand_over, of_branch
 from tissue_probe.physics.effects.effect import Extent
 from tissue_probe.physics.effects.hertz_contact import near
 
@@ -19,7 +19,7 @@ positive = st.floats(1e-2, 1e4)
 @given(positive, positive, positive, positive, positive, positive, st.floats(0.0, 1.0))
 def test_tissue_and_branch_are_together_as_stiff_as_before(k, beta, branch, old, new, omega, share):
     known, unit = branch * of_branch(omega, old), of_branch(omega, new)
-    strength, tissue = handed_over(omega, {"stiffness": k, "damping": beta}, known, unit, share)
+    strength, tissue = hand_over(omega, {"stiffness": k, "damping": beta}, known, unit, share)
     before = k + 1j * omega * beta + known
     after = tissue["stiffness"] + 1j * omega * tissue["damping"] + strength * unit
     assert after == pytest.approx(before, rel=1e-9)

@@ -133,9 +133,9 @@ def test_what_an_effect_raises_in_a_search_is_told_with_its_file(tmp_path):
     once = "    starts=lambda extent: [{}] if extent.force == 0.3 else [1 / 0],\n    drag="
     path = written(tmp_path, change=("    drag=", once))
     effect = effects([path])["quadratic_drag"]
-    assert effect.starts(library.USUAL) == [{}]
+    assert effect.starts(library.USUAL_EXTENT) == [{}]
     with pytest.raises(EffectError, match=r"'quadratic_drag' cannot propose: ZeroDivisionError"):
-        effect.starts(replace(library.USUAL, force=0.1))
+        effect.starts(replace(library.USUAL_EXTENT, force=0.1))
 
 
 def test_ctrl_c_ends_the_program_whatever_file_of_effects_runs(tmp_path):

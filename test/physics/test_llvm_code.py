@@ -15,7 +15,7 @@ from sympy.core.relational import Relational
 from tissue_probe.physics import machine_code
 from tissue_probe.physics.llvm_code import (
     ARRAY,
-    COUNT,
+    COUNT_TYPE,
     NUMBER,
     TOGETHER,
     Function,
@@ -53,7 +53,7 @@ def value_of(expressions, numbers):
     module = ir.Module()
     function = Function(module, "values", {"numbers": ARRAY, "filled": ARRAY})
     function.load("numbers", SYMBOLS)
-    function.store("filled", function.named([sp.sympify(each) for each in expressions]))
+    function.store("filled", function.name_values([sp.sympify(each) for each in expressions]))
     function.end()
     filled = np.zeros(len(expressions))
     compiled(module, "values", *2 * [ctypes.c_void_p])(np.array(numbers, dtype=float), filled)
@@ -207,7 +207,7 @@ def test_rows_are_sums_of_rows_times_factors():
 @pytest.mark.parametrize("count", [0, 1, 5])
 def test_a_loop_goes_through_all_samples(count):
     module = ir.Module()
-    arguments = {"count": COUNT, "shift": NUMBER, "read": ARRAY, "filled": ARRAY}
+    arguments = {"count": COUNT_TYPE, "shift": NUMBER, "read": ARRAY, "filled": ARRAY}
     function = Function(module, "shifted", arguments)
     function.name(Y, "shift")
     with function.loop("count") as sample:

@@ -10,7 +10,7 @@ import pytest
 import sympy as sp
 from llvmlite import ir
 
-from tissue_probe.physics import compiled, llvm_code, machine_code, numba_code
+from tissue_probe.physics import code_cache, llvm_code, machine_code, numba_code
 from tissue_probe.physics.llvm_code import Function
 from tissue_probe.physics.machine_code import Text
 
@@ -83,7 +83,7 @@ def test_functions_of_two_texts_are_linked_by_their_names():
 
 def test_code_that_needs_numba_is_refused_when_it_is_made(folder):
     """A process without Numba would be ended by LLVM."""
-    module = compiled.module("needs_numba", lambda: NEEDS_NUMBA)
+    module = code_cache.module("needs_numba", lambda: NEEDS_NUMBA)
     with pytest.raises(RuntimeError, match="NRT_"):
         machine_code.load("needs_numba", lambda: numba_code.text(module))
     assert not list(folder.glob("*.o"))

@@ -80,10 +80,10 @@ def test_the_step_is_exact_for_any_tissue_at_any_rate(values, period):
 
 def _last_step(values, window, period, state):
     """Force after the last of the three steps between four positions, begun before it."""
-    from tissue_probe.physics import compiled
+    from tissue_probe.physics import code_cache
     from tissue_probe.physics.simulation import _source
 
-    kernel = compiled.module("simulate_plain", lambda: _source(MODELS["plain"]))
+    kernel = code_cache.module("simulate_plain", lambda: _source(MODELS["plain"]))
     z, tangent = np.array(state), np.eye(2, 4)
     kernel.step(np.array([M, K0, B0, *values]), z, tangent, *window[::-1], period)
     return K0 * (window[-1] - z[0])

@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
-from tissue_probe.physics.rounding import CAUTION, smoothed
+from tissue_probe.physics.rounding import CAUTION, smooth_rounding
 
 PERIOD = 5e-4
 TIME = np.arange(4000) * PERIOD
@@ -36,7 +36,7 @@ def rms(values):
 @pytest.mark.parametrize("step", [3e-6, 3e-5])
 def test_the_course_is_nearer_the_truth_than_what_was_read_and_tells_how_near(motion, step):
     true = motion(TIME)
-    found = smoothed(rounded(true, step), step)
+    found = smooth_rounding(rounded(true, step), step)
     off = rms(found.course - true)
     assert off < 0.6 * rms(rounded(true, step) - true)
     assert rms(found.error) == pytest.approx(off, rel=0.4)
@@ -44,7 +44,7 @@ def test_the_course_is_nearer_the_truth_than_what_was_read_and_tells_how_near(mo
 
 def test_a_motion_whose_speed_grows_is_smoothed_most_where_it_is_slow():
     true = chirp(TIME)
-    found = smoothed(rounded(true, 1e-5), 1e-5)
+    found = smooth_rounding(rounded(true, 1e-5), 1e-5)
     slow, fast = rms((found.course - true)[200:800]), rms((found.course - true)[3200:3800])
     assert slow < 0.7 * fast
 
@@ -56,7 +56,7 @@ def test_nowhere_does_the_course_leave_the_step_that_was_read():
     true = 2.9e-3 + 1.19e-3 * np.sin(angle) + 1.8e-5 * np.sin(angle) ** 2
     step = 3.35e-5
     read = rounded(true, step)
-    found = smoothed(read, step)
+    found = smooth_rounding(read, step)
     assert np.abs(found.course - read).max() < 0.52 * step
     assert np.abs(found.course - true).max() < 0.5 * step
     assert rms((found.course - true)[100:-100]) < 0.1 * step
@@ -69,7 +69,7 @@ def test_the_errors_that_a_steady_sine_makes_in_every_period_are_taken_off():
     def at_80_hz(error):
         return abs(np.mean(error * np.exp(-2j * np.pi * 80.0 * TIME)))
 
-    course = smoothed(read, 1e-7, fine=True).course
+    course = smooth_rounding(read, 1e-7, fine=True).course
     assert np.max(np.abs(course - true)) < 1.5e-7
     assert at_80_hz(course - true) < 0.3 * at_80_hz(read - true)
     assert rms(course - true) < rms(read - true)
@@ -78,7 +78,7 @@ def test_the_errors_that_a_steady_sine_makes_in_every_period_are_taken_off():
 @pytest.mark.parametrize("count", [1, 8, 9, 50])
 def test_short_and_motionless_records_stay_as_they_are(count):
     position = np.full(count, 3e-5)
-    found = smoothed(position, 1e-5)
+    found = smooth_rounding(position, 1e-5)
     assert found.course == pytest.approx(position, abs=1e-8)
     assert np.isfinite(found.error).all()
 
@@ -90,7 +90,7 @@ def test_short_and_motionless_records_stay_as_they_are(count):
 )
 def test_any_record_yields_a_finite_course_within_the_errors_of_rounding(position, step, fine):
     read = rounded(position, step)
-    found = smoothed(read, step, fine)
+    found = smooth_rounding(read, step, fine)
     assert np.isfinite(found.course).all()
     assert np.isfinite(found.error).all()
     share = 1.0 if fine else CAUTION

@@ -5,10 +5,10 @@ import pytest
 import sympy as sp
 from numba import njit
 
-from tissue_probe.physics.program import MANY, Program
+from tissue_probe.physics.program import MANY_VARIABLES, Program
 
 
-@pytest.mark.parametrize("count", [3, MANY + 1])
+@pytest.mark.parametrize("count", [3, MANY_VARIABLES + 1])
 def test_variables_change_all_at_once_however_many_they_are(count):
     program = Program()
     turned = program.variables("turned", sp.Matrix(range(count)))

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from tissue_probe.recording.clocks.channel import Channel
+from tissue_probe.recording.clocks.channel import MessageChannel
 from tissue_probe.recording.clocks.common_grid import CommonGrid
 from tissue_probe.recording.clocks.local_cubic import local_cubic
 from tissue_probe.signals import join
@@ -49,8 +49,8 @@ class Joined:
     """Both channels, and the samples so far."""
 
     def __init__(self, position_rate: float = 250.0, force_rate: float = 500.0) -> None:
-        self.position = Channel("pose", position_rate, fastest=1.0)
-        self.force = Channel("wrench", force_rate, hangs=True)
+        self.position = MessageChannel("pose", position_rate, fastest=1.0)
+        self.force = MessageChannel("wrench", force_rate, hangs=True)
         self.grid = CommonGrid(round(SECOND / force_rate), self.position, self.force)
         self.blocks: list = []
 

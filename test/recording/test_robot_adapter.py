@@ -16,7 +16,7 @@ from tissue_probe.recording.errors import RecordingError
 from tissue_probe.recording.layout import Layout
 from tissue_probe.recording.robot.adapter import Adapter
 from tissue_probe.recording.robot.pressing import Pressing
-from tissue_probe.recording.robot.settings import RobotSettings
+from tissue_probe.recording.robot.settings import RobotDescription
 from tissue_probe.settings import SettingsError
 
 PRESSED, FORCE = 2e-3, 3.0
@@ -34,7 +34,7 @@ def pressed(axis_frame: str, force_axes: str, polarity: str) -> tuple[float, flo
     told = on_tissue if polarity == "compression" else -on_tissue
     in_axes = TOOL.inv().apply(told) if force_axes == "tool" else told
     pressing = Pressing(
-        RobotSettings(
+        RobotDescription(
             axis=list(axis),
             axis_frame=axis_frame,
             force_axes=force_axes,
@@ -61,7 +61,7 @@ def test_displacement_and_force_are_those_along_the_axis_in_whatever_frames(
 
 
 def test_a_turn_of_the_tool_about_the_zero_is_no_displacement():
-    pressing = Pressing(RobotSettings(force_polarity="compression"))
+    pressing = Pressing(RobotDescription(force_polarity="compression"))
     for angle in (0.0, 0.2, 0.4):
         (u, *_), _ = pressing.pose(tuple(PLACE), (math.sin(angle), 0.0, 0.0, math.cos(angle)))
         assert u == pytest.approx(0.0, abs=1e-12)
@@ -70,14 +70,14 @@ def test_a_turn_of_the_tool_about_the_zero_is_no_displacement():
 def test_an_orientation_counts_only_where_it_is_needed():
     none = (0.0, 0.0, 0.0, 0.0)
     fixed = {"axis_frame": "base", "force_axes": "base", "force_polarity": "compression"}
-    Pressing(RobotSettings(**fixed)).pose(tuple(PLACE), none)
+    Pressing(RobotDescription(**fixed)).pose(tuple(PLACE), none)
     with pytest.raises(ValueError, match="a quaternion has length 1"):
-        Pressing(RobotSettings(force_polarity="compression")).pose(tuple(PLACE), none)
+        Pressing(RobotDescription(force_polarity="compression")).pose(tuple(PLACE), none)
 
 
 def test_the_polarity_must_be_stated():
     with pytest.raises(SettingsError, match="press on something by hand"):
-        Pressing(RobotSettings())
+        Pressing(RobotDescription())
 
 
 def joint_state(stamp: int, names, positions) -> Message:
@@ -93,7 +93,7 @@ def wrench(stamp: int, z: float, frame: str = "ft") -> Message:
 
 def test_a_joint_is_a_travel_among_joints_of_others():
     adapter = Adapter(
-        RobotSettings(
+        RobotDescription(
             joint="slide",
             joint_travel=-0.5,
             position_rate=100.0,
@@ -115,7 +115,7 @@ def test_a_joint_is_a_travel_among_joints_of_others():
 
 
 def test_messages_of_no_use_are_left_out_and_named():
-    adapter = Adapter(RobotSettings(force_polarity="compression", force_frame="ft"))
+    adapter = Adapter(RobotDescription(force_polarity="compression", force_frame="ft"))
     adapter.take_force(wrench(EPOCH, math.inf))
     adapter.take_force(wrench(EPOCH, 1.0, frame="camera"))
     adapter.take_force(wrench(0, 1.0))

@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.testing import assert_allclose
 
-from tissue_probe.recording.clocks.stretches import dwell_blocks, known_stretches, unknown_runs
+from tissue_probe.recording.clocks.stretches import cut_known, dwell_blocks, unknown_runs
 from tissue_probe.recording.errors import RecordingError
 from tissue_probe.signals import PalpationSite, Phase, Recording, SampleBlock
 
@@ -22,7 +22,7 @@ def test_small_holes_are_filled_in():
     whole, holed = block(), block()
     holed.position[50] = np.nan
     holed.force[100:103] = np.inf
-    (stretch,), filled = known_stretches(holed)
+    (stretch,), filled = cut_known(holed)
     assert filled == 4
     assert_allclose(stretch.position, whole.position, atol=1e-9)
     assert_allclose(stretch.force, whole.force, atol=1e-6)
@@ -32,7 +32,7 @@ def test_what_is_known_beside_a_hole_stays_as_it_was_measured():
     holed = block()
     holed.force[100:103] = np.nan
     rough = holed.position[101] = 5e-4
-    (stretch,), _ = known_stretches(holed)
+    (stretch,), _ = cut_known(holed)
     assert stretch.position[101] == rough
     assert list(np.flatnonzero(~stretch.measured)) == [100, 101, 102]
 
@@ -41,17 +41,17 @@ def test_runs_that_no_stretch_holds_are_told():
     holed = block()
     for unknown in (slice(0, 2), slice(100, 110), slice(399, 400)):
         holed.force[unknown] = np.nan
-    stretches, _ = known_stretches(holed)
+    stretches, _ = cut_known(holed)
     assert unknown_runs(holed, stretches) == [(0, 2), (100, 110), (399, 400)]
     assert unknown_runs(holed, []) == [(0, 400)]
-    assert unknown_runs(block(), known_stretches(block())[0]) == []
+    assert unknown_runs(block(), cut_known(block())[0]) == []
 
 
 def test_large_holes_cut():
     holed = block()
     holed.force[:10] = np.nan
     holed.position[100:104] = np.nan
-    first, second = known_stretches(holed)[0]
+    first, second = cut_known(holed)[0]
     assert (first.sequence, len(first)) == (17, 90)
     assert (second.sequence, len(second), second.stamp) == (111, 296, 10**9 + 104 * 10**6)
 
@@ -61,7 +61,7 @@ def test_large_holes_cut():
 def test_stretches_are_finite_and_hold_every_known_sample(known):
     holed = block(len(known))
     holed.force[~np.array(known)] = np.nan
-    stretches, filled = known_stretches(holed)
+    stretches, filled = cut_known(holed)
     assert all(np.isfinite(stretch.force).all() for stretch in stretches)
     assert sum(map(len, stretches)) == sum(known) + filled
     assert [s.sequence for s in stretches] == sorted({s.sequence for s in stretches})

@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from tissue_probe.sensor.measured import Track
+from tissue_probe.sensor.sensor_tracks import Track
 
 RATE = 250.0
 FINE = 1e-4  # s, between places whose second difference is an acceleration

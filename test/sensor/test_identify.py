@@ -8,7 +8,7 @@ from free_air_world import EPOCH, FORCE_NOISE, TORQUE_NOISE, World
 
 from tissue_probe.errors import MeasurementError
 from tissue_probe.sensor.identify import Identified, identify
-from tissue_probe.sensor.measured import Track, stretches
+from tissue_probe.sensor.sensor_tracks import Track, stretches
 
 PAIRS = {"xx": (0, 0), "yy": (1, 1), "zz": (2, 2), "xy": (0, 1), "xz": (0, 2), "yz": (1, 2)}
 

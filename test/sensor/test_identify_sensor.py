@@ -15,10 +15,10 @@ from rosbags.typesys import Stores, get_typestore
 import tissue_probe as tp
 from tissue_probe import cli
 from tissue_probe.sensor.compensation import load_file
-from tissue_probe.sensor.free_air import AXES
-from tissue_probe.sensor.measured import Track
+from tissue_probe.sensor.free_air import WRENCH_AXES
+from tissue_probe.sensor.sensor_tracks import Track
 
-COLUMNS = ("x", "y", "z", "qx", "qy", "qz", "qw", *AXES)
+COLUMNS = ("x", "y", "z", "qx", "qy", "qz", "qw", *WRENCH_AXES)
 TYPES = get_typestore(Stores.ROS2_JAZZY)
 
 

@@ -11,7 +11,7 @@ from free_air_world import EPOCH, FORCE_NOISE, RATE, World
 from tissue_probe.sensor.compensation import Compensation, compensation
 from tissue_probe.sensor.identify import identify
 from tissue_probe.sensor.live import Left, LiveCompensation
-from tissue_probe.sensor.measured import Track, stretches
+from tissue_probe.sensor.sensor_tracks import Track, stretches
 from tissue_probe.signals import NANOSECONDS
 
 
@@ -29,7 +29,7 @@ def left_of(live: LiveCompensation, poses: Track, wrenches: Track) -> list[Left]
         for track, take in ((poses, live.take_pose), (wrenches, live.take_wrench)):
             for place in range(*np.searchsorted(track.stamps, (begin, begin + step))):
                 take(int(track.stamps[place]), track.rows[place])
-        found += live.left()
+        found += live.take_known()
     return found
 
 
@@ -62,7 +62,7 @@ def test_a_wrench_without_poses_is_let_go(model):
         for _ in range(2):
             for number in range(20_000):
                 live.take_wrench(int(wrenches.stamps[-1]) + number * 4_000_000, np.zeros(6))
-            assert not live.left()
+            assert not live.take_known()
             sizes.append(tracemalloc.get_traced_memory()[0])
     finally:
         tracemalloc.stop()

@@ -13,14 +13,14 @@ import mujoco
 
 import tissue_probe as tp
 from benchmarks.live_loop import simulated
-from tissue_probe.contact.contact import Contact, Number
+from tissue_probe.contact.contact import Contact, ContactNumber
 
 STIFFNESS, DAMPING = 1000.0, 3.0
 CONTACT = Contact(
     "adequate",
-    Number(STIFFNESS, 5.0),
-    Number(DAMPING, 0.3),
-    *(Number(0.8, 1e-4), Number(4e-3, 1e-4)),
+    ContactNumber(STIFFNESS, 5.0),
+    ContactNumber(DAMPING, 0.3),
+    *(ContactNumber(0.8, 1e-4), ContactNumber(4e-3, 1e-4)),
     *(0.1, 1.0, 1e-3, 3e-3, 0.025, 1.0, 4.0),
 )
 INCLUDE = '<include file="contact.xml"/>'

@@ -16,16 +16,16 @@ from served import EXAMPLES
 from tissue_probe.studies.plan import Plan
 from tissue_probe.workbench import state
 from tissue_probe.workbench.desk import Desk
-from tissue_probe.workbench.mapped import raster
+from tissue_probe.workbench.desk_messages import desk as told_of
+from tissue_probe.workbench.map_messages import raster
 from tissue_probe.workbench.messages import as_json
 from tissue_probe.workbench.notebook import notebook
+from tissue_probe.workbench.opened_study import Studied, open_study
 from tissue_probe.workbench.pages import Page
 from tissue_probe.workbench.pictures import Pictures
-from tissue_probe.workbench.question import Asked
-from tissue_probe.workbench.refused import RequestRefused
-from tissue_probe.workbench.requested import request
-from tissue_probe.workbench.studied import Studied, opened_study
-from tissue_probe.workbench.told import desk as told_of
+from tissue_probe.workbench.question import StatedQuestion
+from tissue_probe.workbench.refusal import RequestRefused
+from tissue_probe.workbench.request_declarations import request
 from tissue_probe.workbench.work import Work
 from tissue_probe.workbench.workshop import Cancelled, Workshop
 
@@ -57,7 +57,7 @@ async def made():
 
 
 async def with_ladder(desk):
-    desk.asked = Asked(rig="compliant_probe", starts="at-rest")
+    desk.asked = StatedQuestion({"rig": "compliant_probe", "starts": "at-rest"})
     opened = [
         await desk.open(EXAMPLES / name, LAYOUT) for name in ("sweep.csv", "sweep_second.csv")
     ]
@@ -76,10 +76,10 @@ def climbed(run, tmp_path_factory):
 
     async def steps(desk):
         await with_ladder(desk)
-        path = folder / f"kept{state.ENDING}"
-        path.write_bytes(state.packed_state(desk))
+        path = folder / f"kept{state.STATE_ENDING}"
+        path.write_bytes(state.pack_state(desk))
         again = Desk(desk.reading, desk.fitting)
-        await state.restore(again, state.unpacked_state(path, folder / "again"))
+        await state.restore(again, state.unpack_state(path, folder / "again"))
         return desk, again, path
 
     return run(steps)
@@ -103,10 +103,10 @@ def test_the_whole_state_in_one_file_gives_the_same_desk(climbed):
 
 def test_a_state_that_is_none_or_points_elsewhere_harms_nothing(climbed, tmp_path):
     _, _, path = climbed
-    bad = tmp_path / f"bad{state.ENDING}"
+    bad = tmp_path / f"bad{state.STATE_ENDING}"
     bad.write_bytes(b"PK\x03\x04 and no more")
     with pytest.raises(RequestRefused, match="no state"):
-        state.unpacked_state(bad, tmp_path / "in")
+        state.unpack_state(bad, tmp_path / "in")
     with zipfile.ZipFile(path) as archive:
         told = json.loads(archive.read(state.MEMBER))
     told["files"][0]["path"] = "../../outside.csv"
@@ -114,7 +114,7 @@ def test_a_state_that_is_none_or_points_elsewhere_harms_nothing(climbed, tmp_pat
         archive.writestr("../../outside.csv", "t,u,F\n")
         archive.writestr(told["files"][1]["path"], "t,u,F\n")
         archive.writestr(state.MEMBER, json.dumps(told))
-    found = state.unpacked_state(bad, tmp_path / "in")
+    found = state.unpack_state(bad, tmp_path / "in")
     inside = (tmp_path / "in").resolve()
     assert all(os.path.realpath(f["path"]).startswith(str(inside)) for f in found["files"])
     assert not (tmp_path.parent / "outside.csv").exists()
@@ -210,7 +210,7 @@ def test_effects_of_ones_own_go_up_the_ladder(run, tmp_path):
     file.write_text(OWN)
 
     async def steps(desk):
-        desk.asked = Asked(rig="compliant_probe", starts="at-rest")
+        desk.asked = StatedQuestion({"rig": "compliant_probe", "starts": "at-rest"})
         opened = await desk.open(EXAMPLES / "sweep.csv", LAYOUT)
         await desk.use(opened.number, None)
         found = await desk.take_effects(file)
@@ -262,7 +262,7 @@ def test_a_recording_is_seen_before_any_model_is_fitted(run):
 
 def test_each_effects_curve_is_there_while_others_are_still_tried(run):
     async def steps(desk):
-        desk.asked = Asked(rig="compliant_probe", starts="at-rest")
+        desk.asked = StatedQuestion({"rig": "compliant_probe", "starts": "at-rest"})
         opened = await desk.open(EXAMPLES / "sweep.csv", LAYOUT)
         await desk.use(opened.number, None)
         (rung,), pictures, found = desk.rungs, Pictures(desk), {}
@@ -339,7 +339,9 @@ def studied(path, **question):
 
 def test_a_recording_of_the_study_is_asked_about_as_the_study_does(run):
     async def steps(desk):
-        desk.asked = Asked(rig="tolerant_probe", site=3, constants={"damping": (0.0, 0.0)})
+        desk.asked = StatedQuestion(
+            {"rig": "tolerant_probe", "site": 3, "constants": {"damping": (0.0, 0.0)}}
+        )
         desk.study = studied(
             EXAMPLES / "sweep.csv",
             **LAYOUT,
@@ -352,10 +354,12 @@ def test_a_recording_of_the_study_is_asked_about_as_the_study_does(run):
         return desk
 
     desk = run(steps)
-    assert desk.asked == Asked(
-        rig="compliant_probe",
-        constants={"tip_mass": (0.04, 0.001), "load_cell_damping": (0.0, 0.0)},
-        without=("springpot",),
+    assert desk.asked == StatedQuestion(
+        {
+            "rig": "compliant_probe",
+            "constants": {"tip_mass": (0.04, 0.001), "load_cell_damping": (0.0, 0.0)},
+            "without": ("springpot",),
+        }
     )
     assert desk.fitted is not None
     assert len(desk.rungs) == 1
@@ -380,9 +384,9 @@ def test_rows_of_another_question_are_not_those_of_the_plan(tmp_path):
     plan = tmp_path / "study.yaml"
     plan.write_text("{recordings: '*.csv', question: {rig: compliant_probe}}")
     tp.study(plan, workers=1)
-    assert len(opened_study(plan).rows) == 1
+    assert len(open_study(plan).rows) == 1
     plan.write_text("{recordings: '*.csv', question: {rig: rigid_probe}}")
     with pytest.raises(
         RequestRefused, match="no rows of its question yet: run `tissue_probe study run"
     ):
-        opened_study(plan)
+        open_study(plan)

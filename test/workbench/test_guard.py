@@ -10,7 +10,7 @@ import websockets
 
 from served import EXAMPLES
 from tissue_probe.workbench import uploads
-from tissue_probe.workbench.refused import RequestRefused
+from tissue_probe.workbench.refusal import RequestRefused
 
 
 def answer(server, path="/", method="GET", body=None, **headers):

@@ -9,7 +9,7 @@ from collections.abc import Iterator, Mapping
 from shlex import quote
 from typing import Any
 
-from tissue_probe.analysis.asked import ITEMS_BY_NAME
+from tissue_probe.analysis.question_items import ITEMS_BY_NAME
 
 #: Parameters of a file that are options of another name.
 TOPIC_OPTION = {"samples_topic": "topic"}

@@ -1,6 +1,6 @@
 """Keywords of a question in Python: their signature and their documentation.
 
-Contents: showing the declared items (``asked``) where a function takes them.
+Contents: showing the declared items (``question_items``) where a function takes them.
 """
 
 from __future__ import annotations
@@ -10,8 +10,8 @@ from collections.abc import Callable
 from textwrap import fill, indent
 from typing import Any, TypeVar
 
-from tissue_probe.analysis.asked import ITEMS, Item
 from tissue_probe.analysis.question import Asked
+from tissue_probe.analysis.question_items import ITEMS, Item
 
 #: Where the keywords stand in the documentation of a function.
 KEYWORDS_MARK = "**asked\n    See ``Asked``."

@@ -7,11 +7,11 @@ from dataclasses import dataclass
 from typing import Literal, get_args
 
 from tissue_probe import arguments as take
-from tissue_probe.alike import Alike
 from tissue_probe.analysis.measurements import Measurements, read
 from tissue_probe.challenge.simulator import HiddenTruth, SimulatedRecord
 from tissue_probe.challenge.simulator import make_challenge as make
 from tissue_probe.challenge.trajectory import Kind
+from tissue_probe.likeness import Alike
 
 
 @dataclass(frozen=True, eq=False)

@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from tissue_probe import arguments as take
-from tissue_probe.alike import Alike
 from tissue_probe.analysis import fit_shown
 from tissue_probe.analysis.asking import asks
 from tissue_probe.analysis.error_view import ErrorView, error_view
@@ -21,7 +20,7 @@ from tissue_probe.analysis.question import Asked, ModelQuestion, check_wanted, q
 from tissue_probe.analysis.result_table import ResultTable
 from tissue_probe.diagnosis.fit_checks import check_fit
 from tissue_probe.diagnosis.fitting.corners import without_corners
-from tissue_probe.diagnosis.fitting.fit import Fit
+from tissue_probe.diagnosis.fitting.fit import Fit as Fit
 from tissue_probe.diagnosis.fitting.input_noise import whiten_input_noise
 from tissue_probe.diagnosis.improvement.ladder import climb_by
 from tissue_probe.diagnosis.left_out import left_out
@@ -33,6 +32,7 @@ from tissue_probe.diagnosis.ranking.carried import carry_model
 from tissue_probe.diagnosis.sharing import WORKERS, among
 from tissue_probe.diagnosis.sizing import library_of_size
 from tissue_probe.errors import MeasurementError
+from tissue_probe.likeness import Alike
 from tissue_probe.physics.fitted_model import FittedModel
 from tissue_probe.signals import FloatArray
 

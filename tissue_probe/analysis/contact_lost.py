@@ -11,7 +11,7 @@ from dataclasses import replace
 import numpy as np
 from scipy.ndimage import binary_dilation
 
-from tissue_probe.analysis.contact_told import DELAY
+from tissue_probe.analysis.contact_told import DELAY_NAME
 from tissue_probe.diagnosis.evidence.posterior import RIVAL
 from tissue_probe.diagnosis.fitting.fit import Fit
 from tissue_probe.diagnosis.fitting.problem import CONTACT_NAME
@@ -23,13 +23,13 @@ from tissue_probe.quantities import SIDE
 from tissue_probe.signals import BoolArray
 
 #: Out of contact in more of the samples than this, the recording is mostly not of the tissue.
-MOST = 0.5
+MOST_LOST = 0.5
 #: Shares of the travel at which the search for a touch begins: cost has a valley about each.
 TOUCHES = np.arange(0.1, 0.95, 0.1)
 #: In the air the force does not go with the position: its slope is 0 within so many deviations,
 #: which chance exceeds in .3 % of records, and these are less than this share of the tissue's
 #: stiffness. A tissue that is softer there, by less than four times, is so told apart from the air.
-CERTAIN, SOFTER = 3.0, 0.25
+CERTAIN_ERRORS, SOFTER = 3.0, 0.25
 MAY_LEAVE = (
     "Below {:.4g} mm the tip may be out of contact, or the tissue softer: press deeper, or let "
     "`tissue_probe diagnose` tell."
@@ -68,13 +68,13 @@ def in_contact(fit: Fit, instrument: Instrument) -> tuple[list[Measurement] | No
     if found is None or sum(fit.misfits) - sum(found.misfits) < 2.0 * RIVAL:
         return None, ""
     touch = found.named()[CONTACT_NAME] + SIDE * found.deviations()[CONTACT_NAME]
-    late = max(found.named()[DELAY], 0.0)
+    late = max(found.named()[DELAY_NAME], 0.0)
     away = [_out_of_contact(each, touch, late) for each in found.measurements]
     slope, doubt = _slope_in_air(found, touch)
-    if not abs(slope) < CERTAIN * doubt < SOFTER * found.named()["stiffness"]:
+    if not abs(slope) < CERTAIN_ERRORS * doubt < SOFTER * found.named()["stiffness"]:
         return None, MAY_LEAVE.format(1e3 * touch)
     share = sum(int(np.sum(each)) for each in away) / sum(each.size for each in away)
-    kept = fit.without(away, MOST)
+    kept = fit.without(away, MOST_LOST)
     if kept is None:
         raise MeasurementError(
             f"the tip is out of contact in {100 * share:.3g} % of the samples, where the position "

@@ -12,13 +12,13 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from tissue_probe import arguments as take
-from tissue_probe.alike import Alike
 from tissue_probe.analysis.contacting import ContactResult
 from tissue_probe.analysis.stiffest import find_stiffest
 from tissue_probe.contact import admittance as gains_of
 from tissue_probe.contact import mujoco_pair
 from tissue_probe.contact.contact import Contact, load
 from tissue_probe.contact.loop import Admittance
+from tissue_probe.likeness import Alike
 
 if TYPE_CHECKING:
     from tissue_probe.analysis.mapping import MapResult
@@ -85,7 +85,7 @@ class AdmittanceResult(Alike):
     stiffest=take.optional(find_stiffest),
     gain_margin=take.number(above=1.0, below=100.0),
     phase_margin=take.number(above=0.0, below=90.0, unit="degrees"),
-    axes=take.several(take.choice(*gains_of.AXES), "axes"),
+    axes=take.several(take.choice(*gains_of.TOOL_AXES), "axes"),
     frame=take.text,
     node=take.text,
 )

@@ -14,19 +14,18 @@ from typing import Any
 import numpy as np
 
 from tissue_probe import arguments as take
-from tissue_probe.alike import Alike
 from tissue_probe.analysis.contact_lost import in_contact
 from tissue_probe.analysis.contact_told import (
-    ASKED,
-    DELAY,
-    DRIFT,
-    MASS,
+    ASKED_NUMBERS,
+    DELAY_NAME,
+    DRIFT_NAME,
+    MASS_NAME,
     errors_of_others,
     to_tell,
 )
 from tissue_probe.analysis.measurements import Source, measurements_of
 from tissue_probe.analysis.question import constant, question
-from tissue_probe.contact.contact import VERDICTS, Contact, Number, Verdict
+from tissue_probe.contact.contact import VERDICTS, Contact, ContactNumber, Verdict
 from tissue_probe.diagnosis.evidence.adequacy import leaves_only_noise
 from tissue_probe.diagnosis.fitting.corners import without_corners
 from tissue_probe.diagnosis.fitting.fit import Fit
@@ -37,6 +36,7 @@ from tissue_probe.diagnosis.observation.measurement import Measurement
 from tissue_probe.diagnosis.prepared import prepare_question
 from tissue_probe.diagnosis.ranking.candidates import fit_base
 from tissue_probe.errors import ParameterError
+from tissue_probe.likeness import Alike
 from tissue_probe.physics.composition import Composition
 from tissue_probe.physics.kinds import LONGEST_DELAY, MOST_EARLY
 from tissue_probe.physics.rigs import RIGID_PROBE
@@ -44,7 +44,7 @@ from tissue_probe.sensor.compensation import load_file
 from tissue_probe.signals import FloatArray
 
 #: Share of the power of a motion outside the frequencies that are told, at either end.
-OUTSIDE = 0.025
+POWER_OUTSIDE = 0.025
 
 Uncertain = float | tuple[float, float]
 """A value, or a value with its standard deviation [SI]."""
@@ -85,9 +85,9 @@ class ContactResult(Alike):
         lines += [f"To tell the rest: {sentence}." for sentence in self.to_tell]
         deviations = self.fit.deviations()
         for entry in self.fit.entries:
-            number = Number(self.fit.named()[entry.name], deviations[entry.name])
+            number = ContactNumber(self.fit.named()[entry.name], deviations[entry.name])
             if number.deviation > 0.0:
-                mark = "" if number.told or entry.name not in ASKED else "   (not told)"
+                mark = "" if number.told or entry.name not in ASKED_NUMBERS else "   (not told)"
                 lines.append(f"  {entry.name:<16} {number.text(entry.unit)}{mark}")
         lines += [f"  {line}" for line in self.contact.notes[1:]]
         return "\n".join(lines)
@@ -108,7 +108,7 @@ class ContactResult(Alike):
                 }
                 for entry in self.fit.entries
             },
-            "told": [name for name in ASKED if getattr(contact, name).told],
+            "told": [name for name in ASKED_NUMBERS if getattr(contact, name).told],
             "to_tell": list(self.to_tell),
             "error": contact.error,
             "error_over_noise": contact.error_over_noise,
@@ -168,7 +168,7 @@ def identify_contact(
         If the samples are of no use; says why, and the remedy.
     """
     known = _known(delay, drift, sensor, constants or {})
-    asked = {name: given for name, given in known.items() if name not in (DELAY, DRIFT)}
+    asked = {name: given for name, given in known.items() if name not in (DELAY_NAME, DRIFT_NAME)}
     put = question(rig=RIGID_PROBE, constants=asked)
     # A free place of touch would be one with a free zero of the force.
     composition = _composition(free_zero=CONTACT_NAME not in known)
@@ -197,9 +197,11 @@ def _known(
 ) -> dict[str, Uncertain]:
     """Return all that is known before, by name."""
     given = {**(_of_sensor(sensor) if sensor else {}), **constants}
-    given |= {name: each for name, each in ((DELAY, delay), (DRIFT, drift)) if each is not None}
+    given |= {
+        name: each for name, each in ((DELAY_NAME, delay), (DRIFT_NAME, drift)) if each is not None
+    }
     if CONTACT_NAME in constants:
-        given.pop(DRIFT, None)
+        given.pop(DRIFT_NAME, None)
         if drift is not None:
             raise ParameterError("`drift`: contact_position says that the force's zero is right")
     return given
@@ -211,9 +213,9 @@ def _of_sensor(path: str | Path) -> dict[str, Uncertain]:
     # The file's axes are those of the sensor: along any the drift is no faster than in all.
     drift = np.sqrt(np.sum(found.rate[:3] ** 2) + np.max(found.drift_covariance[:3, 1, 1]))
     known = {
-        DELAY: (found.delay, found.delay_deviation),
-        MASS: found.mass,
-        DRIFT: (0.0, float(drift)),
+        DELAY_NAME: (found.delay, found.delay_deviation),
+        MASS_NAME: found.mass,
+        DRIFT_NAME: (0.0, float(drift)),
     }
     return {name: each for name, each in known.items() if math.isfinite(each[1])}
 
@@ -221,14 +223,14 @@ def _of_sensor(path: str | Path) -> dict[str, Uncertain]:
 def _of_effects(known: Mapping[str, Uncertain]) -> dict[str, tuple[float, float]]:
     """Return delay and drift with their deviations, as far as they are known."""
     found = {}
-    for name, called in ((DELAY, "delay"), (DRIFT, "drift")):
+    for name, called in ((DELAY_NAME, "delay"), (DRIFT_NAME, "drift")):
         if name in known:
             given = known[name]
             value, deviation = given if isinstance(given, tuple) else (given, 0.0)
             if deviation < 0.0:
                 raise ParameterError(f"`{called}`: its standard deviation is below 0")
             found[name] = (value, deviation)
-    late = found.get(DELAY, (0.0, 0.0))[0]
+    late = found.get(DELAY_NAME, (0.0, 0.0))[0]
     if not -MOST_EARLY <= late <= LONGEST_DELAY:
         raise ParameterError(
             f"`delay` is {late:g} s; give {-MOST_EARLY:g} to {LONGEST_DELAY:g} s, and take the "
@@ -240,7 +242,7 @@ def _of_effects(known: Mapping[str, Uncertain]) -> dict[str, tuple[float, float]
 def _composition(free_zero: bool) -> Composition:
     from tissue_probe.physics.effects import EFFECTS
 
-    names = (DELAY, DRIFT) if free_zero else (DELAY,)
+    names = (DELAY_NAME, DRIFT_NAME) if free_zero else (DELAY_NAME,)
     return Composition(RIGID_PROBE, effects=tuple(EFFECTS[name] for name in names))
 
 
@@ -260,7 +262,8 @@ def _contact(fit: Fit, missing: Sequence[str]) -> Contact:
         verdict = "cannot tell"
     lowest, highest, fastest, slow, fast = _range(fit.measurements)
     stiffness, damping, mass, delay = (
-        Number(named[name], deviations[name]) for name in (*ASKED, MASS, DELAY)
+        ContactNumber(named[name], deviations[name])
+        for name in (*ASKED_NUMBERS, MASS_NAME, DELAY_NAME)
     )
     return Contact(
         verdict=verdict,
@@ -297,5 +300,7 @@ def _frequencies(position: FloatArray, sample_period: float) -> tuple[float, flo
     power = np.abs(np.fft.rfft((position - position.mean()) * np.hanning(position.size))) ** 2
     share = np.cumsum(power) / np.sum(power)
     of = np.fft.rfftfreq(position.size, sample_period)
-    slow, fast = (of[int(np.searchsorted(share, each))] for each in (OUTSIDE, 1.0 - OUTSIDE))
+    slow, fast = (
+        of[int(np.searchsorted(share, each))] for each in (POWER_OUTSIDE, 1.0 - POWER_OUTSIDE)
+    )
     return float(slow), float(fast)

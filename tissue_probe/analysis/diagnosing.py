@@ -9,7 +9,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from tissue_probe import arguments as take
-from tissue_probe.alike import Alike
 from tissue_probe.analysis import fit_shown, tables
 from tissue_probe.analysis import verdict_in_words as words
 from tissue_probe.analysis.asking import asks
@@ -30,6 +29,7 @@ from tissue_probe.diagnosis.inspection.finding import Finding
 from tissue_probe.diagnosis.ranking.rules import find_added_effect
 from tissue_probe.diagnosis.sharing import WORKERS, among
 from tissue_probe.errors import ParameterError
+from tissue_probe.likeness import Alike
 from tissue_probe.physics.fitted_model import FittedModel
 from tissue_probe.signals import FloatArray
 
@@ -151,9 +151,9 @@ class DiagnosisResult(Alike):
     @property
     def model(self) -> FittedModel:
         """The last model of the ladder with its values; ``save`` writes it."""
-        from tissue_probe.analysis.kept_files import kept_model
+        from tissue_probe.analysis.kept_files import make_kept_model
 
-        return kept_model(self)
+        return make_kept_model(self)
 
     @property
     def rivals(self) -> dict[str, FittedModel]:

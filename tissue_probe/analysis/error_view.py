@@ -13,9 +13,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from tissue_probe import arguments as take
-from tissue_probe.alike import Alike
 from tissue_probe.analysis import fit_shown
 from tissue_probe.diagnosis.transforms import analytic, welch, without_line
+from tissue_probe.likeness import Alike
 from tissue_probe.quantities import Quantity
 from tissue_probe.signals import BoolArray, FloatArray
 

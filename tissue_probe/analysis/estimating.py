@@ -9,15 +9,15 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from tissue_probe import arguments as take
-from tissue_probe.alike import Alike
 from tissue_probe.analysis.choices import FILTERED_RIGS, FilteredRig
 from tissue_probe.analysis.measurements import ReadRecording, Source, measurements_of
-from tissue_probe.analysis.recorded import estimator_settings, restarts_at_sites
+from tissue_probe.analysis.recorded_facts import estimator_settings, restarts_at_sites
 from tissue_probe.analysis.segments import check_enough
 from tissue_probe.diagnosis.inspection.inspection import inspect
 from tissue_probe.errors import MeasurementError, ParameterError
 from tissue_probe.estimation import EstimatorSettings
 from tissue_probe.estimation.offline import estimate as run_estimator
+from tissue_probe.likeness import Alike
 from tissue_probe.physics.rigs import RIGS
 from tissue_probe.recording.clocks.stretches import dwell_blocks
 from tissue_probe.recording.writing.tables import estimate_columns, write_estimates
@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 #: Findings that are told of a recording of this suite too: its driver checks all others.
 TOLD_OF_OWN = ("wrong_polarity", "suspicious_units")
 #: Stiffness of no soft tissue [N/m]: a unit is in doubt.
-STIFFEST = 1e5
+STIFFEST_ESTIMATE = 1e5
 #: A tissue pushes back: an estimate is negative by so much, and by three standard deviations, where
 #: the force has the wrong sign [N/m].
 PULLING = -10.0
@@ -118,7 +118,7 @@ class EstimateResult(Alike):
     def is_doubtful(self) -> bool:
         """Whether ``diagnose`` on the same samples would tell more."""
         doubtful = (Status.MODEL_REJECTED, Status.NO_CONTACT)
-        return self.status in doubtful or self.stiffness > STIFFEST
+        return self.status in doubtful or self.stiffness > STIFFEST_ESTIMATE
 
     def __repr__(self) -> str:
         count = len(self.estimates)

@@ -63,7 +63,7 @@ def write(result: DiagnosisResult, folder: Path) -> None:
     """Write model.yaml, story.png, ladder.png, compare.png and report.html into a folder."""
     ladder = result.found.ladder
     folder.mkdir(parents=True, exist_ok=True)
-    kept_model(result).save(folder / "model.yaml")
+    make_kept_model(result).save(folder / "model.yaml")
     draw_ladder(_rungs(result.found)).savefig(folder / "ladder.png", dpi=100)
     story(result).savefig(folder / "story.png", dpi=100)
     drawn = fit_shown.picture(ladder.base, ladder.base.worst, result.sources)
@@ -84,7 +84,7 @@ def write_shape(result: DiagnosisResult, folder: Path) -> None:
         (folder / "shape.png").unlink(missing_ok=True)
 
 
-def kept_model(result: DiagnosisResult) -> FittedModel:
+def make_kept_model(result: DiagnosisResult) -> FittedModel:
     """Return the last model of the ladder, with the recordings that it was fitted to."""
     final = result.found.ladder.final
     data = Data(
@@ -271,9 +271,10 @@ def _correlations(fit: Fit) -> tuple[tuple[str, str, float], ...]:
     """Return the pairs of values whose errors go together most."""
     named, rows = values(fit), correlations(fit)
     pairs = [
-        (letter(named[i].name), letter(named[j].name), rows[i][j])
+        (letter(named[i].name), letter(named[j].name), together)
         for i in range(len(named))
         for j in range(i)
+        if (together := rows[i][j]) is not None
     ]
     return tuple(sorted(pairs, key=lambda pair: -abs(pair[2]))[:PAIRS_TOLD])
 

@@ -13,20 +13,21 @@ from typing import TYPE_CHECKING, Any, TypeVar
 import numpy as np
 
 from tissue_probe import arguments as take
-from tissue_probe.alike import Alike
 from tissue_probe.analysis.choices import FILTERED_RIGS, FilteredRig
+from tissue_probe.analysis.map_in_space import PlacedMap, RegisteredMap, registration_of
 from tissue_probe.analysis.measurements import IN_MEMORY, Measurements, Source, measurements_of
-from tissue_probe.analysis.placed import PlacedMap, RegisteredMap, registration_of
-from tissue_probe.analysis.recorded import estimate_again, gather_sites, recorded_phantom
+from tissue_probe.analysis.recorded_facts import estimate_again, find_phantom, gather_sites
 from tissue_probe.analysis.result_table import Column, ResultTable, number, two_decimals
 from tissue_probe.errors import ParameterError, TissueProbeError
+from tissue_probe.likeness import Alike
 from tissue_probe.mapping.chart import Chart
-from tissue_probe.mapping.exploration.answer import Answer, Sought, answer
+from tissue_probe.mapping.exploration.answer import SiteAnswer, Sought, answer
 from tissue_probe.mapping.exploration.choice import PURPOSES, NextSite, Purpose, next_sites
 from tissue_probe.mapping.polygon import Polygon
 from tissue_probe.mapping.posterior.posterior_map import RASTER, SOUGHT_CONTRAST, read_out
-from tissue_probe.mapping.posterior.results import Again, Inclusion, PosteriorMap
-from tissue_probe.mapping.posterior.sampled import Sampled
+from tissue_probe.mapping.posterior.posterior_sample import Sampled
+from tissue_probe.mapping.posterior.results import Again, PosteriorMap
+from tissue_probe.mapping.posterior.results import Inclusion as Inclusion
 from tissue_probe.mapping.registration import Registration
 from tissue_probe.mapping.scatter import scatter
 from tissue_probe.mapping.site_result import SiteResult, sites_of
@@ -97,7 +98,7 @@ class MapResult(Alike):
     placed: PlacedMap
     laid_flat: bool = False
     next: tuple[NextSite, ...] = ()
-    answer: Answer | None = None
+    answer: SiteAnswer | None = None
 
     @property
     def registered(self) -> RegisteredMap | None:
@@ -460,7 +461,7 @@ def map_sites(
     results = tuple(gather_sites(part.recording, estimates).results())
     if results and not any(each.has_value for each in results):
         raise ParameterError(UNHEARD.format(part.name, len(results)))
-    return answer_question(sites_of(results), results, recorded_phantom(part.recording), part.notes)
+    return answer_question(sites_of(results), results, find_phantom(part.recording), part.notes)
 
 
 def _sites_of_table(columns: Mapping[str, np.ndarray]) -> tuple[Sites, tuple[str, ...]]:

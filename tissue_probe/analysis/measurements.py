@@ -16,8 +16,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from tissue_probe import arguments as take
-from tissue_probe.alike import Alike
 from tissue_probe.errors import ParameterError
+from tissue_probe.likeness import Alike
 from tissue_probe.recording.any_file import read_file
 from tissue_probe.recording.bags.open_bag import is_bag
 from tissue_probe.recording.columns.in_memory import columns_in_memory

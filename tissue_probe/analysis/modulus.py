@@ -12,12 +12,12 @@ from tissue_probe.errors import ParameterError
 from tissue_probe.physics.composition import Composition
 from tissue_probe.physics.effects.hertz_contact import REFERENCE_DEPTH
 from tissue_probe.physics.fitted_model import FittedModel
-from tissue_probe.physics.indenters import EXPONENTS, THINNEST, Indenter, Shape
+from tissue_probe.physics.indenters import DEPTH_POWERS, THINNEST, Indenter, Shape
 from tissue_probe.physics.model_file import load
 from tissue_probe.quantities import SIDE, engineering
 
 #: The law whose force grows as a power of the depth, and that power by name.
-HERTZ, POWER = "hertz_contact", "contact_exponent"
+HERTZ, EXPONENT_NAME = "hertz_contact", "contact_exponent"
 #: A fitted power and that of a shape are one if they differ by no more: down to half the depth and
 #: up to twice it the forces then differ by 7 %, 2^0.1.
 POWER_TOLERANCE = 0.1
@@ -54,7 +54,7 @@ class Modulus:
 
 @take.checks(
     model=either_model,
-    indenter=take.choice(*EXPONENTS),
+    indenter=take.choice(*DEPTH_POWERS),
     radius=take.optional(take.number(above=0.0, unit="m")),
     half_angle=take.optional(take.number(above=0.0, below=90.0, unit="degrees")),
     poisson=take.number(least=0.0),
@@ -148,9 +148,9 @@ def _size(shape: Shape, radius: float | None, half_angle: float | None) -> float
 
 def _apply_power_law(found: FittedModel, tip: Indenter, depth: float | None) -> Modulus:
     """Return the modulus by the force of a power law at a depth, from the touch on."""
-    n, k = found.values[POWER], found.values["stiffness"]
+    n, k = found.values[EXPONENT_NAME], found.values["stiffness"]
     reference = REFERENCE_DEPTH * found.composition.scale.length
-    own = EXPONENTS[tip.shape]
+    own = DEPTH_POWERS[tip.shape]
     same = abs(n - own) <= POWER_TOLERANCE and math.isinf(tip.layer)
     if depth is None and not same:
         raise ParameterError(
@@ -159,13 +159,13 @@ def _apply_power_law(found: FittedModel, tip: Indenter, depth: float | None) -> 
         )
     at = reference if depth is None else depth
     force = k * reference * (at / reference) ** n
-    by_exponent = found.deviations.get(POWER, 0.0) * math.log(at / reference)
+    by_exponent = found.deviations.get(EXPONENT_NAME, 0.0) * math.log(at / reference)
     relative = math.hypot(_deviation(found) / k, by_exponent)
     notes = (*_report_unknown(relative), *_notes(tip, at))
     if by_exponent and not math.isnan(relative):
         notes += (
-            f"The errors of stiffness and {POWER} are taken as independent: a model file does not "
-            "tell how they go together.",
+            f"The errors of stiffness and {EXPONENT_NAME} are taken as independent: a model file "
+            "does not tell how they go together.",
         )
     if abs(n - own) > POWER_TOLERANCE:
         notes += (

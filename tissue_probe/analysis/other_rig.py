@@ -15,12 +15,12 @@ from tissue_probe.analysis.segments import Segment
 from tissue_probe.diagnosis.diagnosis import Diagnosis, fit_plainly
 from tissue_probe.diagnosis.evidence.adequacy import leaves_only_noise
 from tissue_probe.errors import TissueProbeError
-from tissue_probe.physics.rigs import RIGS, named
+from tissue_probe.physics.rigs import RIGS, name_rigs
 from tissue_probe.quantities import FORCE, POSITION
 
 EXPLAINS = "On another rig no effect is missing: the plain model of {0} explains these measurements"
 COMMANDED = "The force is smooth to the last digits, as one that is commanded and not measured"
-ASKED = "; is the rig {0} (`rig` {0})?"
+OTHER_RIG_ASKED = "; is the rig {0} (`rig` {0})?"
 
 
 def other_rig(found: Diagnosis, asked: ModelQuestion, taken: Sequence[Segment]) -> str:
@@ -36,7 +36,7 @@ def other_rig(found: Diagnosis, asked: ModelQuestion, taken: Sequence[Segment]) 
     commanded = own.input is POSITION and all(each.is_commanded for each in driven)
     unexplained = found.verdict == "unexplained"
     if commanded and (unexplained or all(each.position_noise > 0.0 for each in driven)):
-        return (COMMANDED + ASKED).format(named(lambda rig: rig.input is FORCE))
+        return (COMMANDED + OTHER_RIG_ASKED).format(name_rigs(lambda rig: rig.input is FORCE))
     if not unexplained:
         return ""
     for rig in (rig for rig in RIGS.values() if rig is not own.rig):
@@ -45,7 +45,7 @@ def other_rig(found: Diagnosis, asked: ModelQuestion, taken: Sequence[Segment]) 
         try:
             plain = fit_plainly(other.composition, measurements, other.instrument)
             if leaves_only_noise(plain):
-                return (EXPLAINS + ASKED).format(rig)
+                return (EXPLAINS + OTHER_RIG_ASKED).format(rig)
         except TissueProbeError:  # on that rig they make no sense
             continue
     return ""

@@ -107,9 +107,9 @@ class _Reader(pickle.Unpickler):
 
     def _effect(self, name: str, written: str | None, scale: Scale) -> Effect:
         if not scale.is_usual:
-            from tissue_probe.physics.resized import sized
+            from tissue_probe.physics.effect_scale import resize_effect
 
-            return sized(self._effect(name, written, USUAL), scale)
+            return resize_effect(self._effect(name, written, USUAL), scale)
         known = _library(self._files)[name]
         if written is None:
             return known

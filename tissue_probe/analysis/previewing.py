@@ -21,7 +21,7 @@ from tissue_probe.recording.units import bare_unit_in
 from tissue_probe.signals import FloatArray
 
 #: First rows that are shown, and points of a signal's sketch: more than its picture has pixels.
-ROWS, POINTS = 8, 240
+FIRST_ROWS, SKETCH_POINTS = 8, 240
 #: Columns that are read for a sketch: a table of more is no measurement of one probe.
 COLUMNS_READ = 64
 
@@ -97,15 +97,15 @@ def _of_table(source: Columns) -> Preview:
 
 def _column(name: str, unit: str, values: np.ndarray[Any, Any]) -> PreviewColumn:
     numbers = values.astype(np.float64) if values.dtype.kind in "iufb" else np.arange(0.0)
-    first = tuple(str(value) for value in values[:ROWS].tolist())
+    first = tuple(str(value) for value in values[:FIRST_ROWS].tolist())
     return PreviewColumn(name, unit, values.size, first, tuple(_sketch(numbers)))
 
 
 def _sketch(values: FloatArray) -> Sequence[float]:
     known = values[np.isfinite(values)]
-    if known.size <= POINTS:
+    if known.size <= SKETCH_POINTS:
         return [float(value) for value in known]
-    pieces = np.array_split(known, POINTS // 2)
+    pieces = np.array_split(known, SKETCH_POINTS // 2)
     return [float(value) for piece in pieces for value in (piece.min(), piece.max())]
 
 

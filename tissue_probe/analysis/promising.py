@@ -12,7 +12,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from tissue_probe import arguments as take
-from tissue_probe.alike import Alike
 from tissue_probe.analysis.asking import asks
 from tissue_probe.analysis.measurements import Source, measurements_of
 from tissue_probe.analysis.question import Asked, question
@@ -21,6 +20,7 @@ from tissue_probe.diagnosis.diagnosis import promises as search
 from tissue_probe.diagnosis.fitting.fit import Fit
 from tissue_probe.diagnosis.ranking.screen import Promise
 from tissue_probe.diagnosis.sharing import WORKERS, among
+from tissue_probe.likeness import Alike
 
 if TYPE_CHECKING:
     from typing_extensions import Unpack

@@ -13,8 +13,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypedDict
 
 from tissue_probe import arguments as take
-from tissue_probe.analysis.asked import ITEMS, ITEMS_BY_NAME, Item
 from tissue_probe.analysis.choices import Course, RigChoice, Starts, TissueName
+from tissue_probe.analysis.question_items import ITEMS, ITEMS_BY_NAME, Item
 from tissue_probe.analysis.segments import Segment, segments
 from tissue_probe.diagnosis.observation.instrument import FLICKER_NAME, Instrument
 from tissue_probe.errors import ParameterError
@@ -42,7 +42,7 @@ WHICH_RIG = f"nobody said which rig measured this: give `rig` {_EACH}"
 
 
 class Asked(TypedDict, total=False):
-    """Statements on measurements, by keyword; ``asked.ITEMS`` gives the meaning of each."""
+    """Statements on measurements, by keyword; ``question_items.ITEMS`` has the meaning of each."""
 
     site: int | None
     lowpass: float | None

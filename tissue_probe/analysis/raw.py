@@ -5,13 +5,13 @@ from __future__ import annotations
 from dataclasses import replace
 
 from tissue_probe.alignment import Alignment
-from tissue_probe.analysis.recorded import metadata_value
+from tissue_probe.analysis.recorded_facts import metadata_value
 from tissue_probe.devices.calibration import Calibration, Tare
 from tissue_probe.settings import SettingsError
 from tissue_probe.signals import FloatArray, Recording, SampleBlock
 
 
-def recorded_calibration(recording: Recording) -> Calibration:
+def find_calibration(recording: Recording) -> Calibration:
     """Return the calibration by which the recording's volts and counts became SI units.
 
     Raises
@@ -31,7 +31,7 @@ def recorded_calibration(recording: Recording) -> Calibration:
 
 def raw_volts(recording: Recording) -> FloatArray:
     """Return the load cell's volts at each sample, shape (n,)."""
-    return _volts(recorded_calibration(recording), recording)
+    return _volts(find_calibration(recording), recording)
 
 
 def raw_counts(recording: Recording) -> FloatArray:
@@ -39,7 +39,7 @@ def raw_counts(recording: Recording) -> FloatArray:
 
     Whole numbers but for rounding, where no delay was taken out and no position interpolated.
     """
-    return recorded_calibration(recording).counts(recording.position)
+    return find_calibration(recording).counts(recording.position)
 
 
 def recalibrate(recording: Recording, calibration: Calibration) -> Recording:
@@ -48,7 +48,7 @@ def recalibrate(recording: Recording, calibration: Calibration) -> Recording:
     The zero tared off in the run is the same number of volts in both. The force's delay that the
     driver took out by the former calibration is taken out by the other one instead.
     """
-    before = recorded_calibration(recording)
+    before = find_calibration(recording)
     tares = [
         Tare(stamp=tare.stamp, force=float(calibration.force(before.volts(tare.force))))
         for tare in before.tares

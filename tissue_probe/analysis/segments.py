@@ -27,8 +27,8 @@ from tissue_probe.quantities import FORCE, Quantity
 from tissue_probe.recording.clocks.lowpass import filter_block
 from tissue_probe.recording.clocks.stretches import (
     Stretch,
+    cut_known,
     dwell_blocks,
-    known_stretches,
     unknown_runs,
 )
 from tissue_probe.recording.errors import RecordingError
@@ -192,7 +192,7 @@ def _segments(
     part: ReadRecording, starts: Starts, site: int | None, lowpass: float | None
 ) -> list[Segment]:
     blocks = dwell_blocks(part.recording, site)
-    cut = [known_stretches(block) for block in blocks]
+    cut = [cut_known(block) for block in blocks]
     stretches = [stretch for found, _ in cut for stretch in found]
     if not stretches:
         raise RecordingError(f"{part.name} has no sample whose position and force are both known")

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from tissue_probe import arguments as take
-from tissue_probe.alike import Alike
+from tissue_probe.likeness import Alike
 from tissue_probe.recording.bags.bag import Bag, by_log_time
 from tissue_probe.recording.bags.decoding import Decoder
 from tissue_probe.recording.bags.open_bag import is_bag, open_bag
@@ -21,12 +21,12 @@ from tissue_probe.recording.errors import RecordingError
 from tissue_probe.recording.tables.quantity_columns import read_quantities
 from tissue_probe.recording.units import FORCE_UNITS, POSITION_UNITS, TIME_UNITS
 from tissue_probe.sensor import compensation
-from tissue_probe.sensor.free_air import AXES, UNITS, FreeAir
+from tissue_probe.sensor.free_air import WRENCH_AXES, WRENCH_UNITS, FreeAir
 from tissue_probe.sensor.identify import Identified, identify
-from tissue_probe.sensor.measured import Track, stretches
+from tissue_probe.sensor.sensor_tracks import Track, stretches
 from tissue_probe.signals import NANOSECONDS
 
-PLACE, TURN = ("x", "y", "z"), ("qx", "qy", "qz", "qw")
+PLACE_COLUMNS, TURN = ("x", "y", "z"), ("qx", "qy", "qz", "qw")
 POSE, WRENCH, JOINTS = "PoseStamped", "WrenchStamped", "JointState"
 
 
@@ -64,8 +64,8 @@ class SensorResult(Alike):
             mark = "" if number.told else "   (not told)"
             value = f"{number.value:.6g} ± {number.deviation:.2g}"
             lines.append(f"  {number.name:<11} {value} {number.unit}{mark}")
-        for axis, name in enumerate(AXES):
-            lines.append(f"  {'noise_' + name:<11} {found.noise[axis]:.3g} {UNITS[axis]}")
+        for axis, name in enumerate(WRENCH_AXES):
+            lines.append(f"  {'noise_' + name:<11} {found.noise[axis]:.3g} {WRENCH_UNITS[axis]}")
         if found.cable:
             told = f"{found.cable.joints} joints" if found.cable.joints else "the pose"
             lines.append(f"  A cable is part of it, as a function of {told}.")
@@ -89,7 +89,7 @@ class SensorResult(Alike):
                 }
                 for number in found.numbers
             },
-            "noise": dict(zip(AXES, found.noise.tolist(), strict=True)),
+            "noise": dict(zip(WRENCH_AXES, found.noise.tolist(), strict=True)),
             "cable": found.cable is not None,
             "missing_effects": found.missing_effects,
             "missing_poses": found.missing_poses,
@@ -154,18 +154,20 @@ def identify_sensor(
         tracks = _of_table(columns, joints)
     origin = int(min(track.stamps[0] for track in tracks if track is not None))
     runs = stretches(*tracks, origin)
-    return told_of(identify(runs), runs, origin, name)
+    return tell_sensor(identify(runs), runs, origin, name)
 
 
-def told_of(found: Identified, runs: list[FreeAir], origin: int, name: str) -> SensorResult:
+def tell_sensor(found: Identified, runs: list[FreeAir], origin: int, name: str) -> SensorResult:
     """Return the result of an identification."""
     return SensorResult(found, compensation.compensation(found, runs, origin), name)
 
 
 def _of_table(columns: Columns, joints: Sequence[str]) -> tuple[Track, Track, Track | None]:
     units: dict[str, Mapping[str, float]] = {"t": TIME_UNITS}
-    units |= dict.fromkeys(PLACE, POSITION_UNITS) | dict.fromkeys(AXES[:3], FORCE_UNITS)
-    units |= {name: {} for name in (*TURN, *AXES[3:], *joints)}
+    units |= dict.fromkeys(PLACE_COLUMNS, POSITION_UNITS) | dict.fromkeys(
+        WRENCH_AXES[:3], FORCE_UNITS
+    )
+    units |= {name: {} for name in (*TURN, *WRENCH_AXES[3:], *joints)}
     read = read_quantities(columns, units, tuple(units), any_case=False)
     if not np.isfinite(read["t"]).all():
         raise RecordingError(f"{columns.path}: a time t is missing; give every sample its own")
@@ -174,7 +176,7 @@ def _of_table(columns: Columns, joints: Sequence[str]) -> tuple[Track, Track, Tr
     def track(names: Sequence[str]) -> Track:
         return Track(stamps, np.stack([read[name] for name in names], axis=1))
 
-    return track((*PLACE, *TURN)), track(AXES), track(joints) if joints else None
+    return track((*PLACE_COLUMNS, *TURN)), track(WRENCH_AXES), track(joints) if joints else None
 
 
 def _of_bag(

@@ -21,7 +21,7 @@ from tissue_probe.excitation import (
     parse_excitation,
 )
 from tissue_probe.physics.fitted_model import FittedModel
-from tissue_probe.physics.interpolation import FEWEST
+from tissue_probe.physics.interpolation import FEWEST_KNOTS
 from tissue_probe.physics.model_file import load
 from tissue_probe.physics.response import course, respond
 from tissue_probe.quantities import FORCE
@@ -125,17 +125,21 @@ def _sample_drive(
     if isinstance(excitation, Mapping):
         excitation = parse_excitation(dict(excitation))
     if isinstance(excitation, Sine | SteppedSweep | Chirp | Multisine):
-        if not FEWEST <= duration / period <= MOST_ROWS:
+        if not FEWEST_KNOTS <= duration / period <= MOST_ROWS:
             raise ParameterError(
                 f"`duration` {duration:g} s at a `sample_rate` of {1.0 / period:g} Hz is "
-                f"{duration / period:.4g} samples; give values with {FEWEST} to {MOST_ROWS}"
+                f"{duration / period:.4g} samples; give values with {FEWEST_KNOTS} to {MOST_ROWS}"
             )
         times = np.arange(round(duration / period), dtype=np.float64) * period
         return np.asarray(excitation(times), dtype=np.float64)
     samples = columns_in_memory({"samples": excitation}, "`excitation`").read(["samples"])
     (driven,) = samples.columns
-    if driven.dtype.kind not in "fiu" or driven.size < FEWEST or not np.isfinite(driven).all():
+    if (
+        driven.dtype.kind not in "fiu"
+        or driven.size < FEWEST_KNOTS
+        or not np.isfinite(driven).all()
+    ):
         raise ParameterError(
-            f"`excitation` needs at least {FEWEST} finite numbers, one after another"
+            f"`excitation` needs at least {FEWEST_KNOTS} finite numbers, one after another"
         )
     return driven.astype(np.float64)

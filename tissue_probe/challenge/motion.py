@@ -6,6 +6,7 @@ Contents: steps and events.
 from __future__ import annotations
 
 from functools import lru_cache
+from typing import cast
 
 import numpy as np
 from numba import njit
@@ -22,7 +23,7 @@ from tissue_probe.challenge.tip import (
     switch,
 )
 from tissue_probe.challenge.trajectory import Trajectory
-from tissue_probe.signals import FloatArray
+from tissue_probe.signals import FloatArray, IntArray
 
 MOTION_RATE = 40_000
 """Steps of the integration a second [Hz]."""
@@ -55,13 +56,17 @@ def move(specimen: Specimen, trajectory: Trajectory, rate: int = MOTION_RATE) ->
     """
     u, u_rate = trajectory.sample_motion(2 * rate)
     start = -trajectory.before(2 * rate) / (2.0 * rate)
-    force = _integrate(specimen.record(), start, 1.0 / rate, u, u_rate)
+    # Compiled code takes the record by reference: it has the fields of a specimen.
+    record = cast(Specimen, specimen.record())
+    force = _integrate(record, start, 1.0 / rate, u, u_rate)
     force.flags.writeable = False
     return force
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _integrate(p, start, period, u, u_rate):
+def _integrate(
+    p: Specimen, start: float, period: float, u: FloatArray, u_rate: FloatArray
+) -> FloatArray:
     steps = u.size // 2
     force = np.empty(steps)
     state = np.zeros(BRANCHES + p.branches)
@@ -79,7 +84,17 @@ def _integrate(p, start, period, u, u_rate):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _advance(p, start, period, step, u, u_rate, state, modes, work):
+def _advance(
+    p: Specimen,
+    start: float,
+    period: float,
+    step: int,
+    u: FloatArray,
+    u_rate: FloatArray,
+    state: FloatArray,
+    modes: IntArray,
+    work: FloatArray,
+) -> None:
     """Advance all states by one period, stopping at every event."""
     done = 0.0
     for _ in range(SWITCHES_IN_STEP):
@@ -105,7 +120,19 @@ def _advance(p, start, period, step, u, u_rate, state, modes, work):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _try(p, start, period, step, done, share, u, u_rate, state, modes, work):
+def _try(
+    p: Specimen,
+    start: float,
+    period: float,
+    step: int,
+    done: float,
+    share: float,
+    u: FloatArray,
+    u_rate: FloatArray,
+    state: FloatArray,
+    modes: IntArray,
+    work: FloatArray,
+) -> int:
     """Go on from ``done`` by a share of the period into ``work[TRIAL]``; return the mode ended."""
     h = share * period
     for s in range(4):
@@ -126,16 +153,16 @@ def _try(p, start, period, step, done, share, u, u_rate, state, modes, work):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _at(values, step, share):
+def _at(values: FloatArray, step: int, share: float) -> float:
     """Parabola through a step's start, middle and end; exact at these, where most calls are."""
     first, middle, last = values[2 * step], values[2 * step + 1], values[2 * step + 2]
     if share == 0.0:
-        return first
+        return float(first)
     if share == 0.5:
-        return middle
+        return float(middle)
     if share == 1.0:
-        return last
-    return (
+        return float(last)
+    return float(
         first * (1.0 - share) * (1.0 - 2.0 * share)
         + middle * 4.0 * share * (1.0 - share)
         + last * share * (2.0 * share - 1.0)

@@ -71,7 +71,7 @@ def follow(
     _check_time(time, source)
     time, period = time - time[0], float(np.median(np.diff(time)))
     preload = float(position.mean())
-    grid = np.arange(int(time[-1] / period + 1e-6) + 1) * period
+    grid = np.arange(int(time[-1] / period + 1e-6) + 1, dtype=float) * period
     moved = CubicSpline(time, position - preload)(grid)
     highest = _highest(moved, period)
     _check_motion(moved, preload, highest * period, source)

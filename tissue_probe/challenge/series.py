@@ -6,7 +6,7 @@ Contents: dealing names.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Literal
+from typing import Final, Literal
 
 import numpy as np
 
@@ -31,7 +31,7 @@ Effects = tuple[str, ...]
 
 Hide = Literal["one", "two", "none", "outside", "spoilt", "mixed"]
 
-SHARES: dict[str, float] = {"one": 0.6, "two": 0.15, "none": 0.1, "outside": 0.1, "spoilt": 0.05}
+SHARES: dict[Hide, float] = {"one": 0.6, "two": 0.15, "none": 0.1, "outside": 0.1, "spoilt": 0.05}
 """What a recording may hide, and how often it does in ``mixed``."""
 
 _NOT_BESIDE = {name: effect for name, effect in LIBRARY.items() if not effect.beside}
@@ -43,7 +43,7 @@ SHOWN_ALONE = 0.95 * WEAKEST_OF_TWO
 BEYOND = ABSORBED
 """And where the fit may move the rig within its tolerances."""
 
-ANY = "any"
+ANY: Final = "any"
 """An excitation drawn for each recording."""
 
 PAIRS_TRIED = 20
@@ -67,8 +67,12 @@ def make_series(
         raise ParameterError(f"cannot hide {hide!r}; there are {', '.join(SHARES)}, mixed")
     random = np.random.default_rng(seed)
     for effects in deal(hide, count, random):
-        drawn = str(random.choice(list(DURATIONS))) if excitation == ANY else excitation
-        yield _hide_showing(effects, drawn, rig, random)
+        if excitation == ANY:
+            yield _hide_showing(
+                effects, tuple(DURATIONS)[random.choice(len(DURATIONS))], rig, random
+            )
+        else:
+            yield _hide_showing(effects, excitation, rig, random)
 
 
 def _hide_showing(
@@ -97,9 +101,10 @@ def deal(hide: Hide, count: int, random: np.random.Generator) -> list[Effects]:
     Single effects are dealt as from a shuffled pack, so that each comes equally often; of two, both
     are of different families.
     """
-    kinds = [hide] * count
+    kinds: list[Hide] = [hide] * count
     if hide == "mixed":
-        kinds = random.choice(list(SHARES), count, p=list(SHARES.values())).tolist()
+        drawn = random.choice(len(SHARES), count, p=list(SHARES.values()))
+        kinds = [tuple(SHARES)[place] for place in drawn]
     hands = {kind: iter(_hand(kind, kinds.count(kind), random)) for kind in SHARES}
     return [next(hands[kind]) for kind in kinds]
 

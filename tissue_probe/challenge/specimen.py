@@ -5,7 +5,7 @@ Contents: every number the equation of motion knows, each without effect at its 
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import NamedTuple, cast
 
 import numpy as np
 
@@ -84,6 +84,11 @@ class Specimen(NamedTuple):
     softening: float = 0.0  # [1/m]
     softening_time: float = 0.05  # [s]
 
+    @property
+    def branches(self) -> int:
+        """How many relaxation branches there are."""
+        return len(self.branch_stiffness)
+
     def record(self) -> np.void:
         """Return the numbers as one record that compiled code takes by reference."""
         record = np.zeros((), _RECORD)
@@ -92,8 +97,8 @@ class Specimen(NamedTuple):
                 record[name][: len(value)] = value
             else:
                 record[name] = value
-        record["branches"] = len(self.branch_stiffness)
-        return record[()]
+        record["branches"] = self.branches
+        return cast(np.void, record[()])
 
 
 _BRANCH_VALUES = ("branch_stiffness", "branch_rate")

@@ -15,14 +15,16 @@ import math
 
 from numba import njit
 
+from tissue_probe.challenge.specimen import Specimen
 from tissue_probe.challenge.tissue import damaged, elastic, steepness, stiffness, surface, viscous
+from tissue_probe.signals import FloatArray, IntArray
 
 POSITION, VELOCITY, BOUC, MODE, MODE_VELOCITY, STRAIN, AGILITY, LARGEST, BRANCHES = range(9)
 TOUCHING, SLIDING, ENGAGED = range(3)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def tissue_force(p, time, state):
+def tissue_force(p: Specimen, time: float, state: FloatArray) -> float:
     """Force of tissue in contact with the tip [N], whether it could be so or not."""
     d, d_rate = surface(p, time)
     depth, rate = state[POSITION] - d, state[VELOCITY] - d_rate
@@ -36,7 +38,7 @@ def tissue_force(p, time, state):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def cell_force(p, engaged, u, u_rate, state):
+def cell_force(p: Specimen, engaged: int, u: float, u_rate: float, state: FloatArray) -> float:
     """Force of the load cell on the tip, spring and damper [N].
 
     With play (Nordin and Gutman, 2002, dead-zone model) none while the coil is in the gap.
@@ -44,11 +46,11 @@ def cell_force(p, engaged, u, u_rate, state):
     if engaged == 0:
         return 0.0
     stretch = u - state[POSITION] - engaged * p.play
-    return p.load_cell_stiffness * stretch + p.load_cell_damping * (u_rate - state[VELOCITY])
+    return float(p.load_cell_stiffness * stretch + p.load_cell_damping * (u_rate - state[VELOCITY]))
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def friction(p, speed):
+def friction(p: Specimen, speed: float) -> float:
     """Coulomb's force, more at low speed (Stribeck; Armstrong-Helouvry et al., 1994, eq. 3) [N]."""
     if p.static == p.coulomb:
         return p.coulomb
@@ -56,7 +58,9 @@ def friction(p, speed):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def drive(p, time, u, u_rate, state, modes):
+def drive(
+    p: Specimen, time: float, u: float, u_rate: float, state: FloatArray, modes: IntArray
+) -> float:
     """Sum of all forces on the tip but dry friction [N]."""
     force = cell_force(p, modes[ENGAGED], u, u_rate, state) - p.bouc_force * state[BOUC]
     if modes[TOUCHING]:
@@ -66,11 +70,19 @@ def drive(p, time, u, u_rate, state, modes):
     if p.mode_mass != 0.0:
         force += p.mode_stiffness * (state[MODE] - state[POSITION])
         force += p.mode_damping * (state[MODE_VELOCITY] - state[VELOCITY])
-    return force
+    return float(force)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def rates(p, time, u, u_rate, state, modes, result):
+def rates(
+    p: Specimen,
+    time: float,
+    u: float,
+    u_rate: float,
+    state: FloatArray,
+    modes: IntArray,
+    result: FloatArray,
+) -> None:
     """Write the derivatives of all states."""
     v = state[VELOCITY]
     force = drive(p, time, u, u_rate, state, modes)
@@ -105,14 +117,16 @@ def rates(p, time, u, u_rate, state, modes, result):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def remember(p, time, state):
+def remember(p: Specimen, time: float, state: FloatArray) -> None:
     """Keep the largest depth that the tip has reached."""
     depth = state[POSITION] - surface(p, time)[0]
     state[LARGEST] = max(state[LARGEST], depth, p.damage_reached)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def find_ended_mode(p, time, u, u_rate, state, modes):
+def find_ended_mode(
+    p: Specimen, time: float, u: float, u_rate: float, state: FloatArray, modes: IntArray
+) -> int:
     """Return the number of a mode that has ended, or -1.
 
     Contact ends when the tissue would have to pull by more than ``pull_off``, and begins when the
@@ -143,7 +157,9 @@ def find_ended_mode(p, time, u, u_rate, state, modes):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def switch(p, time, u, u_rate, state, modes, mode):
+def switch(
+    p: Specimen, time: float, u: float, u_rate: float, state: FloatArray, modes: IntArray, mode: int
+) -> None:
     """Put a mode that has ended into its next."""
     if mode == TOUCHING:
         modes[TOUCHING] = 1 - modes[TOUCHING]

@@ -9,9 +9,11 @@ import math
 
 from numba import njit
 
+from tissue_probe.challenge.specimen import Specimen
+
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def surface(p, time):
+def surface(p: Specimen, time: float) -> tuple[float, float]:
     """Displacement and velocity of the tissue's surface: d = D sin(2 pi f t + phase)."""
     if p.surface_amplitude == 0.0:
         return 0.0, 0.0
@@ -21,7 +23,7 @@ def surface(p, time):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def stiffness(p, time, rate, strain):
+def stiffness(p: Specimen, time: float, rate: float, strain: float) -> float:
     """Spring of the tissue at this time, rate of indentation and recent strain amplitude [N/m].
 
     k (1 + step + ramp t)(1 + c |e'|) / (1 + s a): the last is the softening under vibration that
@@ -34,7 +36,7 @@ def stiffness(p, time, rate, strain):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def elastic(p, k, depth):
+def elastic(p: Specimen, k: float, depth: float) -> float:
     """Return the spring's force.
 
     Fung (1993), section 7.5: (k/a)(exp(a e) - 1). Hertz-like: K e^n, none for e < 0, with K so that
@@ -44,7 +46,7 @@ def elastic(p, k, depth):
     if p.fung != 0.0:
         return k / p.fung * math.expm1(p.fung * depth)
     if p.hertz_exponent != 0.0:
-        return k * p.hertz_depth * (max(depth, 0.0) / p.hertz_depth) ** p.hertz_exponent
+        return float(k * p.hertz_depth * (max(depth, 0.0) / p.hertz_depth) ** p.hertz_exponent)
     if p.saturation_depth != 0.0:
         return k * p.saturation_depth * math.tanh(depth / p.saturation_depth)
     if p.hyperbola_depth != 0.0:
@@ -55,7 +57,7 @@ def elastic(p, k, depth):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def damaged(p, depth, largest):
+def damaged(p: Specimen, depth: float, largest: float) -> float:
     """Share of the spring's force that tissue has kept which was pressed in so far (Mullins, 1969).
 
     By the largest depth m: 1 - d (1 - exp(-m / D)) (Simo, 1987). Or by how far it is from there:
@@ -69,13 +71,13 @@ def damaged(p, depth, largest):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def steepness(p, depth):
+def steepness(p: Specimen, depth: float) -> float:
     """Slope of ``elastic`` over k, of k as it is at the beginning [-]."""
     if p.fung != 0.0:
         return math.exp(p.fung * depth)
     if p.hertz_exponent != 0.0:
         n = p.hertz_exponent
-        return n * (max(depth, 0.0) / p.hertz_depth) ** (n - 1.0)
+        return float(n * (max(depth, 0.0) / p.hertz_depth) ** (n - 1.0))
     if p.saturation_depth != 0.0:
         return 1.0 / math.cosh(depth / p.saturation_depth) ** 2
     if p.hyperbola_depth != 0.0:
@@ -86,7 +88,7 @@ def steepness(p, depth):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def viscous(p, time, depth, rate, agility):
+def viscous(p: Specimen, time: float, depth: float, rate: float, agility: float) -> float:
     """Return the damper's force: (beta + lambda e^n) e' + c |e'| e' + further ones of the speed.
 
     The second term is of Hunt and Crossley (1975), and is none for e < 0. Further ones: a power of

@@ -19,7 +19,7 @@ from tissue_probe.signals import FloatArray
 
 Kind = Literal["sine10", "sine10ss", "stepped30", "chirp60", "msine60"]
 
-DURATIONS: dict[str, float] = {
+DURATIONS: dict[Kind, float] = {
     "sine10": 2.0,
     "sine10ss": 2.0,
     "stepped30": 8.0,

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from tissue_probe.signals import FloatArray, Recording, SampleBlock
 
 from tissue_probe.cli.arguments import Bag
-from tissue_probe.cli.measured import Samples
+from tissue_probe.cli.measurement_options import Samples
 
 calibrate = typer.Typer(
     help="Measure the probe's own constants, kept in a YAML file.\n\n"
@@ -245,7 +245,7 @@ def _line(
 
 def _read(path: Path, raw: str | None = None) -> Recording:
     """Read a recording; of a table the raw readings in a column, or the signals in SI units."""
-    from tissue_probe.cli.measured import read
+    from tissue_probe.cli.measurement_options import read
     from tissue_probe.recording.layout import Layout
 
     layout = Layout()

@@ -3,18 +3,22 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Literal, cast
 
 import typer
 
-from tissue_probe.analysis.asked import ITEMS_BY_NAME
-from tissue_probe.cli.asked import choice
-from tissue_probe.cli.measured import Site, read
+from tissue_probe.analysis.choices import Starts
+from tissue_probe.analysis.question_items import ITEMS_BY_NAME
+from tissue_probe.cli.measurement_options import Site, read
 from tissue_probe.quantities import SIDE
 
 if TYPE_CHECKING:
+    from tissue_probe.challenge.folder import Format
     from tissue_probe.challenge.grading import Count, Grade, GradedDiagnosis
     from tissue_probe.challenge.measured import Measured
+    from tissue_probe.challenge.series import Hide
+    from tissue_probe.challenge.simulator import Excitation, Rig
+    from tissue_probe.challenge.trajectory import Kind
     from tissue_probe.physics.fitted_model import FittedModel
 
 challenge = typer.Typer(
@@ -23,8 +27,6 @@ challenge = typer.Typer(
     help="Hide effects, and count how often a diagnosis finds them.",
 )
 
-
-Starts, _ = choice(ITEMS_BY_NAME["starts"])
 
 Answers = Annotated[
     Path,
@@ -58,7 +60,7 @@ def make(
             "and u [m], whose motion of the coil is repeated.",
         ),
     ] = "chirp60",
-    starts: Annotated[Starts, typer.Option(help=ITEMS_BY_NAME["starts"].about)] = Starts.auto,
+    starts: Annotated[Starts, typer.Option(help=ITEMS_BY_NAME["starts"].about)] = "auto",
     site: Site = None,
     hide: Annotated[
         str, typer.Option(metavar="WHAT", help="one, two, none, outside, spoilt or mixed.")
@@ -76,10 +78,13 @@ def make(
 
     check_sealed(answers, folder)
     told = {}
-    made = make_series(hide, count, seed, choose_motion(excitation, starts, site), rig)
+    # Both refuse a name that they do not know.
+    known, ending, exactness = cast("Hide", hide), cast("Format", format), cast("Rig", rig)
+    motion = choose_motion(excitation, starts, site)
+    made = make_series(known, count, seed, motion, exactness)
     for number, each in enumerate(made, start=1):
         name = f"{number:04d}"
-        write_recordings(folder, name, each, format)
+        write_recordings(folder, name, each, ending)
         told[name] = each.answer
     seal(answers, told, folder)
     many = f"{count} recordings, and as many second ones, are"
@@ -87,7 +92,7 @@ def make(
     print(f"The answers are in {answers}; do not look.")
 
 
-def choose_motion(excitation: str, starts: Starts, site: int | None) -> str | Measured:
+def choose_motion(excitation: str, starts: Starts, site: int | None) -> Excitation | Literal["any"]:
     """Return the name of an excitation, or the motion in a file; prints the motion's summary.
 
     Raises
@@ -101,9 +106,10 @@ def choose_motion(excitation: str, starts: Starts, site: int | None) -> str | Me
     from tissue_probe.challenge.series import ANY
     from tissue_probe.challenge.trajectory import DURATIONS
 
-    names = (*DURATIONS, ANY)
+    names: list[Kind | Literal["any"]] = [*DURATIONS, ANY]
     path = Path(excitation)
-    if excitation not in names and path.exists():
+    named = next((name for name in names if name == excitation), None)
+    if named is None and path.exists():
         motion = read_motion(path, starts, site)
         begins = "from rest" if motion.at_rest else "in motion"
         print(
@@ -112,13 +118,13 @@ def choose_motion(excitation: str, starts: Starts, site: int | None) -> str | Me
             f"{motion.highest:.3g} Hz."
         )
         return motion
-    if excitation not in names:
+    if named is None:
         raise ValueError(
             f"there is no excitation {excitation!r}, and no such file; there are {', '.join(names)}"
         )
-    if starts is not Starts.auto or site is not None:
+    if starts != "auto" or site is not None:
         raise ValueError(f"--starts and --site are of a file's motion; leave them out with {path}")
-    return excitation
+    return named
 
 
 def read_motion(path: Path, starts: Starts, site: int | None) -> Measured:
@@ -145,7 +151,7 @@ def read_motion(path: Path, starts: Starts, site: int | None) -> Measured:
     blocks = dwell_blocks(part.recording, site)
     stamps = np.concatenate([block.stamps for block in blocks])
     position = np.concatenate([block.position for block in blocks])
-    rested = None if starts is Starts.auto else starts is Starts.at_rest
+    rested = None if starts == "auto" else starts == "at-rest"
     return follow((stamps - stamps[0]) / NANOSECONDS, position, str(path), rested)
 
 

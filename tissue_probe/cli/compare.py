@@ -7,17 +7,17 @@ from typing import Annotated
 
 import typer
 
-from tissue_probe.cli import measured
+from tissue_probe.cli import measurement_options
 from tissue_probe.cli.arguments import picture
-from tissue_probe.cli.asked import Asked, Json, write_json
 from tissue_probe.cli.groups import add_groups
 from tissue_probe.cli.options_named import with_options
+from tissue_probe.cli.question_options import Asked, Json, write_json
 
 
 @add_groups
 def compare(
-    files: measured.Measurements,
-    signals: measured.Signals,
+    files: measurement_options.Measurements,
+    signals: measurement_options.Signals,
     asked: Asked,
     json: Json = None,
     output: Annotated[
@@ -32,9 +32,9 @@ def compare(
     The model is fitted first, unless --model names one that was. Errors are of the force, or of the
     position where a force drives; the noise floor is the error of a right model.
     """
-    measured.check_there(files)
+    measurement_options.check_there(files)
     layout, keywords = signals.layout(), asked.keywords()
-    recordings = measured.read(files, layout)
+    recordings = measurement_options.read(files, layout)
     # Only now: fits take longer to import than a file takes to be refused.
     from tissue_probe.analysis.comparing import compare as compare_model
 
@@ -42,7 +42,7 @@ def compare(
         recordings,
         **keywords,
     )
-    measured.tell(result.notes)
+    measurement_options.tell(result.notes)
     print(with_options(result.asked.head))
     # Before the picture, which takes longer than the fit; a pipe would wait for it.
     print(with_options(result.text), flush=True)

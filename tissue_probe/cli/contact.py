@@ -7,17 +7,17 @@ from typing import Annotated
 
 import typer
 
-from tissue_probe.cli import measured
+from tissue_probe.cli import measurement_options
 from tissue_probe.cli.arguments import output_file
-from tissue_probe.cli.asked import Json, constants, uncertain, write_json
 from tissue_probe.cli.groups import add_groups
 from tissue_probe.cli.options_named import with_options
+from tissue_probe.cli.question_options import Json, constants, uncertain, write_json
 
 
 @add_groups
 def contact(
-    files: measured.Measurements,
-    signals: measured.Signals,
+    files: measurement_options.Measurements,
+    signals: measurement_options.Signals,
     sensor: Annotated[
         Path | None,
         typer.Option(
@@ -58,15 +58,15 @@ def contact(
     drift are fitted, or known within their errors. Numbers that the motion does not tell are named,
     with the remedy.
     """
-    measured.check_there(files)
+    measurement_options.check_there(files)
     layout = signals.layout()
     known = constants(constant or [])
     late, drifts = uncertain("--delay", delay), uncertain("--drift", drift)
-    recordings = measured.read(files, layout)
+    recordings = measurement_options.read(files, layout)
     from tissue_probe.analysis.contacting import identify_contact
 
     result = identify_contact(recordings, delay=late, drift=drifts, sensor=sensor, constants=known)
-    measured.tell(result.notes)
+    measurement_options.tell(result.notes)
     result.save(output)
     if json:
         write_json(json, result.to_dict())

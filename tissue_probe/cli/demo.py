@@ -10,6 +10,7 @@ import typer
 
 if TYPE_CHECKING:
     from tissue_probe.signals import Recording, TissueEstimates
+    from tissue_probe_msgs.action import Palpate
 
 DEMO_ESTIMATORS = ("robust_ekf", "ekf", "ukf", "afekf")
 #: The paper's grid over the stock phantom: first site and spacing [m], rows, columns.
@@ -120,7 +121,7 @@ def palpate(bag: Path, dwell_time: float, phantom: Path | None, explore: bool) -
 
         stamps = []
 
-        def show(feedback) -> None:
+        def show(feedback: Palpate.Feedback) -> None:
             doing = {0: "approaching", 1: "palpating", 2: "lifting"}[feedback.site.phase]
             progress.update(task, completed=feedback.sites_visited, description=doing)
             stamps.append(from_time(feedback.site.header.stamp))
@@ -134,7 +135,7 @@ def palpate(bag: Path, dwell_time: float, phantom: Path | None, explore: bool) -
             message += f"; {1e-9 * (stamps[-1] - stamps[0]):.1f} s of scan"
         progress.update(task, description="done")
         session.deactivate()
-    return message
+    return str(message)
 
 
 def _corners() -> dict[str, list[float]]:
@@ -147,7 +148,7 @@ def _corners() -> dict[str, list[float]]:
 def evaluate(bag: Path, folder: Path, explored: bool) -> None:
     """Draw and print the results of a recorded scan."""
     from tissue_probe.analysis.mapping import map_sites
-    from tissue_probe.analysis.recorded import estimate_again
+    from tissue_probe.analysis.recorded_facts import estimate_again
     from tissue_probe.cli.map import summarize
     from tissue_probe.recording.bags.reader import read_recording
 
@@ -164,10 +165,10 @@ def draw_course(recording: Recording, estimates: list[TissueEstimates], folder: 
     """Draw the estimates over time, beside the truth."""
     import numpy as np
 
-    from tissue_probe.analysis.recorded import recorded_phantom
+    from tissue_probe.analysis.recorded_facts import find_phantom
     from tissue_probe.figures.estimates import draw_estimates
 
-    phantom = recorded_phantom(recording)
+    phantom = find_phantom(recording)
     places = [site.position for site, _ in recording.dwells()]
     truth = (
         np.array([(phantom.stiffness(x, y), phantom.damping(x, y)) for x, y, _ in places])

@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from tissue_probe.cli import measured
-from tissue_probe.cli.asked import Asked, Json, Validate, write_json
+from tissue_probe.cli import measurement_options
 from tissue_probe.cli.groups import add_groups
 from tissue_probe.cli.options_named import with_options
+from tissue_probe.cli.question_options import Asked, Json, Validate, write_json
 
 if TYPE_CHECKING:
     from rich.table import Table
@@ -34,8 +34,8 @@ SEARCH_GAVE_UP = (
 
 @add_groups
 def diagnose(
-    files: measured.Measurements,
-    signals: measured.Signals,
+    files: measurement_options.Measurements,
+    signals: measurement_options.Signals,
     asked: Asked,
     validate: Validate = None,
     json: Json = None,
@@ -52,10 +52,10 @@ def diagnose(
             "--quick fits no effect, so that nothing can be tried on a second recording or written "
             "to a file: leave out --validate and --json, or --quick"
         )
-    measured.check_there([*files, *(validate or [])])
+    measurement_options.check_there([*files, *(validate or [])])
     layout, keywords = signals.layout(), asked.keywords()
-    fitted = measured.read(files, layout)
-    tried = measured.read(validate, layout) if validate else None
+    fitted = measurement_options.read(files, layout)
+    tried = measurement_options.read(validate, layout) if validate else None
     # Only now: fits take longer to import than a file takes to be refused.
     from rich.console import Console
 
@@ -63,17 +63,17 @@ def diagnose(
 
     if quick:
         promised = promising.promises(fitted, **keywords)
-        measured.tell(promised.notes)
+        measurement_options.tell(promised.notes)
         print(promised)
         return
-    with measured.under_way() as progress:
+    with measurement_options.under_way() as progress:
         result = diagnosing.diagnose(
             fitted,
             validate=tried,
             **keywords,
             progress=progress,
         )
-    measured.tell(result.notes)
+    measurement_options.tell(result.notes)
     print(with_options(result.asked.head))
     # Units stand in square brackets.
     Console(markup=False, highlight=False).print(tabulate_ranking(result))

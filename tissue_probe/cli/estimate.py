@@ -8,7 +8,7 @@ from typing import Annotated
 
 import typer
 
-from tissue_probe.cli import measured
+from tissue_probe.cli import measurement_options
 from tissue_probe.cli.arguments import EffectFiles, Table
 from tissue_probe.cli.groups import add_groups
 from tissue_probe.cli.options_named import with_options
@@ -16,8 +16,8 @@ from tissue_probe.cli.options_named import with_options
 
 @add_groups
 def estimate(
-    samples: measured.Samples,
-    signals: measured.Signals,
+    samples: measurement_options.Samples,
+    signals: measurement_options.Signals,
     output: Table = Path("estimates.csv"),
     estimator: Annotated[
         str,
@@ -43,7 +43,7 @@ def estimate(
         ),
     ] = None,
     effects: EffectFiles = None,
-    rig: measured.FilteredRigOption = None,
+    rig: measurement_options.FilteredRigOption = None,
     restart_at_site: Annotated[
         bool | None,
         typer.Option(
@@ -52,7 +52,7 @@ def estimate(
             show_default=False,
         ),
     ] = None,
-    site: measured.Site = None,
+    site: measurement_options.Site = None,
 ) -> None:
     """Estimate stiffness and damping after every sample.
 
@@ -67,16 +67,16 @@ def estimate(
         raise ValueError(f"{output} holds the samples and would be replaced: give another --output")
     layout = signals.layout()
     result = run(
-        measured.read([samples], layout),
+        measurement_options.read([samples], layout),
         estimator,
         settings=_changes(settings or []),
         model=model,
         effects=effects or [],
-        rig=rig.value if rig else None,
+        rig=rig,
         restart_at_site=restart_at_site,
         site=site,
     )
-    measured.tell(result.notes)
+    measurement_options.tell(result.notes)
     result.save(output)
     print(f"{estimator}: {len(result.estimates)} samples written to {output}")
     print(with_options(result.text))

@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from tissue_probe.signals import FloatArray
+
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
@@ -14,7 +16,7 @@ if TYPE_CHECKING:
     from tissue_probe.excitation import Excitation
 
 SAMPLE_PERIOD = 5e-4  # s, the paper's 2 kHz
-TIMES = (0.01, 0.02, 0.05, 0.1, 0.2, 1.0)  # s
+SHOWN_TIMES = (0.01, 0.02, 0.05, 0.1, 0.2, 1.0)  # s
 WANTED = 5.0  # per cent, at two standard deviations
 
 
@@ -126,7 +128,7 @@ def compute_bound(
     from tissue_probe.estimation.bound import cramer_rao_bound
     from tissue_probe.estimation.settings import EstimatorSettings
 
-    time = np.arange(round(duration / SAMPLE_PERIOD) + 1) * SAMPLE_PERIOD
+    time = np.arange(round(duration / SAMPLE_PERIOD) + 1, dtype=float) * SAMPLE_PERIOD
     settings = EstimatorSettings(force_noise=force_noise)
     return cramer_rao_bound(signal(time), SAMPLE_PERIOD, stiffness, damping, settings, force_offset)
 
@@ -138,7 +140,7 @@ def summarize(limit: Bound, stiffness: float, damping: float) -> None:
 
     titles = ("time [ms]", "sd of k [N/m]", "[%]", "sd of beta [N s/m]", "[%]")
     table = Table(*(Column(title, justify="right") for title in titles))
-    for time in TIMES:
+    for time in SHOWN_TIMES:
         sample = round(time / SAMPLE_PERIOD)
         if sample < limit.stiffness.size:
             table.add_row(
@@ -153,11 +155,11 @@ def summarize(limit: Bound, stiffness: float, damping: float) -> None:
         ("beta", limit.damping, damping),
     ):
         print(f"{name} can be known to {WANTED:g} % at two standard deviations", end=" ")
-        time = time_to_know(deviations, value)
-        print("not within this time" if time is None else f"after {1e3 * time:g} ms")
+        after = time_to_know(deviations, value)
+        print("not within this time" if after is None else f"after {1e3 * after:g} ms")
 
 
-def time_to_know(deviations, value: float) -> float | None:
+def time_to_know(deviations: FloatArray, value: float) -> float | None:
     """Return when two standard deviations fall below 5 % of a value [s], None if never."""
     known = (2.0 * deviations <= WANTED / 100.0 * value).nonzero()[0]
     return float(known[0]) * SAMPLE_PERIOD if known.size else None
@@ -175,7 +177,7 @@ def draw(signal: Excitation, limit: Bound, stiffness: float, damping: float) -> 
     import numpy as np
     from matplotlib.figure import Figure
 
-    time = np.arange(limit.stiffness.size) * SAMPLE_PERIOD
+    time = np.arange(limit.stiffness.size, dtype=float) * SAMPLE_PERIOD
     figure = Figure(figsize=(8.0, 6.0), layout="constrained")
     coil, bounds = figure.subplots(2, 1, height_ratios=(1, 2))
     coil.plot(time, 1e3 * signal(time), color="0.4", linewidth=1.0)

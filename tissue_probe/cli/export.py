@@ -8,17 +8,17 @@ from typing import Annotated
 
 import typer
 
-from tissue_probe.cli import measured
+from tissue_probe.cli import measurement_options
 from tissue_probe.cli.arguments import Table
 from tissue_probe.cli.groups import add_groups
 
 
 @add_groups
 def export(
-    samples: measured.Samples,
-    signals: measured.Signals,
+    samples: measurement_options.Samples,
+    signals: measurement_options.Signals,
     output: Table = Path("samples.csv"),
-    site: measured.Site = None,
+    site: measurement_options.Site = None,
     calibration: Annotated[
         Path | None,
         typer.Option(
@@ -38,8 +38,8 @@ def export(
     if output.exists() and output.samefile(samples):
         raise ValueError(f"{output} holds the samples and would be replaced: give another --output")
     layout = signals.layout()
-    (part,) = measured.read([samples], layout).parts
-    measured.tell(part.notes)
+    (part,) = measurement_options.read([samples], layout).parts
+    measurement_options.tell(part.notes)
     recording = part.recording
     if site is not None:
         recording = replace(recording, blocks=dwell_blocks(recording, site))

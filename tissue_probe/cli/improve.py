@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from tissue_probe.cli import measured
-from tissue_probe.cli.asked import Asked, Json, Validate, write_json
+from tissue_probe.cli import measurement_options
 from tissue_probe.cli.groups import add_groups
 from tissue_probe.cli.options_named import with_options
+from tissue_probe.cli.question_options import Asked, Json, Validate, write_json
 
 if TYPE_CHECKING:
     from rich.table import Table
@@ -22,8 +22,8 @@ if TYPE_CHECKING:
 
 @add_groups
 def improve(
-    files: measured.Measurements,
-    signals: measured.Signals,
+    files: measurement_options.Measurements,
+    signals: measurement_options.Signals,
     asked: Asked,
     add: Annotated[
         list[str] | None,
@@ -58,19 +58,19 @@ def improve(
     Writes model.yaml, which estimators and the simulated probe take, story.png with all on one
     page, ladder.png, compare.png of the base model and report.html, which works off line.
     """
-    measured.check_there([*files, *(validate or [])])
+    measurement_options.check_there([*files, *(validate or [])])
     layout, keywords = signals.layout(), asked.keywords()
-    fitted = measured.read(files, layout)
-    tried = measured.read(validate, layout) if validate else None
+    fitted = measurement_options.read(files, layout)
+    tried = measurement_options.read(validate, layout) if validate else None
     # Only now: fits take longer to import than a file takes to be refused.
     from rich.console import Console
 
     from tissue_probe.analysis.diagnosing import diagnose, with_free_form
 
     diagnosed = partial(with_free_form, folder=output) if free_form else diagnose
-    with measured.under_way() as progress:
+    with measurement_options.under_way() as progress:
         result = diagnosed(fitted, validate=tried, add=add or [], **keywords, progress=progress)
-    measured.tell(result.notes)
+    measurement_options.tell(result.notes)
     print(with_options(result.asked.head))
     console = Console(markup=False, highlight=False)  # units stand in square brackets
     console.print(_table(result.ladder))

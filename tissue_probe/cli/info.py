@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from tissue_probe.cli import measured
+from tissue_probe.cli import measurement_options
 from tissue_probe.cli.groups import add_groups
 
 if TYPE_CHECKING:
@@ -16,8 +16,8 @@ if TYPE_CHECKING:
 
 @add_groups
 def info(
-    samples: measured.Samples,
-    signals: measured.Signals,
+    samples: measurement_options.Samples,
+    signals: measurement_options.Signals,
     parameters: Annotated[
         bool, typer.Option("--parameters", help="Show every recorded parameter too.")
     ] = False,
@@ -43,8 +43,8 @@ def info(
 
 def _tell_signals(path: Path, layout: Layout) -> None:
     """Print how position and force are read by the options."""
-    (part,) = measured.read([path], layout).parts
-    measured.tell(part.notes)
+    (part,) = measurement_options.read([path], layout).parts
+    measurement_options.tell(part.notes)
     recording = part.recording
     rate = 1.0 / recording.blocks[0].sample_period
     parts = "" if len(recording.blocks) == 1 else f", in {len(recording.blocks)} parts"
@@ -75,9 +75,9 @@ def _tell_bag(samples: Path, parameters: bool) -> None:
     print(f"{samples}: begins {begin}, lasts {summary.duration:.3f} s")
     if summary.truncated:
         print("The recording was cut off; everything up to the cut is read.")
-    for samples in summary.samples:
-        late = f", recorded from sample {samples.first} on" if samples.first else ""
-        print(f"{samples.topic}: {samples.recorded} samples, {samples.lost} lost{late}")
+    for each in summary.samples:
+        late = f", recorded from sample {each.first} on" if each.first else ""
+        print(f"{each.topic}: {each.recorded} samples, {each.lost} lost{late}")
     if summary.sites:
         print(f"{len(summary.sites)} sites palpated")
     # Names are to be copied: they are folded, never cut.

@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import json
 from collections.abc import Sequence
-from enum import Enum
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
-from tissue_probe.cli import measured
+from tissue_probe.cli import measurement_options
 from tissue_probe.cli.arguments import EffectFiles, in_a_folder, picture
 from tissue_probe.cli.groups import add_groups
 
@@ -19,7 +18,9 @@ if TYPE_CHECKING:
 
     from tissue_probe.analysis.mapping import MapResult
     from tissue_probe.analysis.measurements import Source
+    from tissue_probe.mapping.exploration.choice import NextSite
     from tissue_probe.mapping.posterior.results import Inclusion
+    from tissue_probe.physics.phantom import Nodule
 
 #: Inclusions that are less probable are in the file for programs alone.
 TOLD_PROBABILITY = 0.5
@@ -29,18 +30,14 @@ FOUND = 0.9
 PROBABILITY = "proba-\nbility"
 
 
-class ChooseFor(str, Enum):
-    """The purpose of further sites."""
-
-    edge = "edge"
-    find = "find"
-    both = "both"
+ChooseFor = Literal["edge", "find", "both"]
+"""The purpose of further sites."""
 
 
 @add_groups
 def map_command(
-    samples: measured.Samples,
-    signals: measured.Signals,
+    samples: measurement_options.Samples,
+    signals: measurement_options.Signals,
     output: Annotated[
         Path,
         typer.Option(
@@ -62,7 +59,7 @@ def map_command(
         ),
     ] = None,
     effects: EffectFiles = None,
-    rig: measured.FilteredRigOption = None,
+    rig: measurement_options.FilteredRigOption = None,
     raster: Annotated[float, typer.Option(metavar="MM", help="Step of the surface [mm].")] = 0.5,
     contrast: Annotated[
         float,
@@ -86,7 +83,7 @@ def map_command(
     choose_for: Annotated[
         ChooseFor,
         typer.Option(help="Of further sites: edges of inclusions, to find unseen ones, or both."),
-    ] = ChooseFor.both,
+    ] = "both",
     register: Annotated[
         Path | None,
         typer.Option(
@@ -133,7 +130,7 @@ def map_command(
     from tissue_probe.analysis.mapping import is_sites, map_sites, refuse_misnamed_sites
     from tissue_probe.recording.layout import Layout
 
-    measured.check_there([samples])
+    measurement_options.check_there([samples])
     source: Source = samples
     layout = signals.layout()
     if is_sites(samples):
@@ -145,19 +142,19 @@ def map_command(
     else:
         if layout == Layout():
             refuse_misnamed_sites(samples)
-        source = measured.read([samples], layout)
+        source = measurement_options.read([samples], layout)
     result = map_sites(
         source,
         estimators=estimator or [],
         effects=effects or [],
-        rig=rig.value if rig else None,
+        rig=rig,
         raster=1e-3 * raster,
         contrast=contrast,
         within=within,
         no_go=no_go or [],
         next=next_count,
         register=register,
-        choose_for=choose_for.value,
+        choose_for=choose_for,
         outliers=outliers,
     )
     result.plot().savefig(output, dpi=100)
@@ -169,7 +166,7 @@ def map_command(
         result.save_ply(ply)
     if report is not None:
         result.report(report)
-    measured.tell(result.notes)
+    measurement_options.tell(result.notes)
     summarize(result)
     tell_next(result)
     print(f"The map is in {output}.")
@@ -201,7 +198,7 @@ def summarize(result: MapResult) -> None:
             table.add_row(str(number), *cells)
         console.print(table)
         return
-    titles = (
+    heads = (
         "nodule at\nx, y [mm]",
         "depth\n[mm]",
         "found at\nx, y [mm]",
@@ -210,18 +207,17 @@ def summarize(result: MapResult) -> None:
         "stiffness\n[N/m]",
         "truth\n[N/m]",
     )
-    table = Table(*_columns(titles))
+    table = Table(*_columns(heads))
     places = [result.in_space(one)[:2] for one in found]
     matched = match(places, [(n.x, n.y) for n in phantom.nodules])
     by_nodule = {nodule: (found[one], off) for one, nodule, off in matched.pairs}
     for number, nodule in enumerate(phantom.nodules):
-        cells = [_place(nodule), f"{1e3 * nodule.depth:.0f}"]
+        row = [_place(nodule), f"{1e3 * nodule.depth:.0f}"]
         if number in by_nodule:
             one, off = by_nodule[number]
-            true = phantom.stiffness(*result.in_space(one)[:2])
-            cells += [_place(one), f"{1e3 * off:.1f}", _sure(one)]
-            cells += [_stiffness(one), f"{true:.1f}"]
-        table.add_row(*cells, *(["missed"] if number not in by_nodule else []))
+            known = float(phantom.stiffness(*result.in_space(one)[:2]))
+            row += [_place(one), f"{1e3 * off:.1f}", _sure(one), _stiffness(one), f"{known:.1f}"]
+        table.add_row(*row, *(["missed"] if number not in by_nodule else []))
     console.print(table)
     sure = {number for number, one in enumerate(found) if one.probability >= FOUND}
     console.print(
@@ -250,8 +246,8 @@ def _columns(titles: Sequence[str]) -> list[Column]:
     return [Column(title, overflow="fold") for title in titles]
 
 
-def _place(thing) -> str:
-    return f"{1e3 * thing.x:.1f}, {1e3 * thing.y:.1f}"
+def _place(found: Inclusion | Nodule | NextSite) -> str:
+    return f"{1e3 * found.x:.1f}, {1e3 * found.y:.1f}"
 
 
 def _sure(one: Inclusion) -> str:

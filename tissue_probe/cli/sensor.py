@@ -7,8 +7,8 @@ from typing import Annotated
 
 import typer
 
-from tissue_probe.cli.asked import Json, write_json
 from tissue_probe.cli.groups import add_groups
+from tissue_probe.cli.question_options import Json, write_json
 
 
 @add_groups

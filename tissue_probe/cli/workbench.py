@@ -8,14 +8,14 @@ from typing import Annotated
 
 import typer
 
-from tissue_probe.cli import measured
-from tissue_probe.cli.asked import OfSamples
+from tissue_probe.cli import measurement_options
 from tissue_probe.cli.groups import add_groups
+from tissue_probe.cli.question_options import OfSamples
 
 
 @add_groups
 def workbench(
-    signals: measured.Signals,
+    signals: measurement_options.Signals,
     asked: OfSamples,
     files: Annotated[
         list[Path] | None,
@@ -53,7 +53,7 @@ def workbench(
     A page on this machine, for this machine only; it needs no network. Files that need more to be
     read (columns, units, polarity), and the rig where nobody gives it, are asked for on the page.
     """
-    measured.check_there(files or [])
+    measurement_options.check_there(files or [])
     if allow_commands and not live:
         raise ValueError("--allow-commands is of the nodes that --live listens to: give both")
     if live and find_spec("rclpy") is None:

@@ -15,18 +15,18 @@ from typing import Any
 import numpy as np
 import yaml
 
-from tissue_probe.alike import Alike
 from tissue_probe.contact.contact import Contact
 from tissue_probe.contact.loop import Admittance, Margins
 from tissue_probe.errors import ParameterError
+from tissue_probe.likeness import Alike
 from tissue_probe.quantities import SIDE
 
-AXES = ("x", "y", "z", "rx", "ry", "rz")
+TOOL_AXES = ("x", "y", "z", "rx", "ry", "rz")
 #: Bounds of the controller's declaration [kg], [N/m].
 MASSES, SPRINGS = (1e-4, 1e6), (0.0, 1e8)
 #: The search for the damping: from how much above the tissue's own answer on, and by which steps. A
 #: damper D moves k by the rate k / D: a hundredth of what the delay allows has margins of any size.
-ABOVE, STEP, EXACTLY = 100.0, 1.2, 1e-3
+DAMPING_BEGINS, DAMPING_STEP, EXACTLY = 100.0, 1.2, 1e-3
 
 
 @dataclass(frozen=True)
@@ -72,7 +72,7 @@ class Gains(Alike):
         Parameters
         ----------
         axes : sequence of str
-            Those of ``AXES`` along which the robot yields; the tissue was pressed along one.
+            Those of ``TOOL_AXES`` along which the robot yields; the tissue was pressed along one.
         frame : str
             The control frame, whose axes they are.
         node : str
@@ -81,7 +81,7 @@ class Gains(Alike):
         own = self.admittance
         # Axes that are not selected have the same numbers: the controller asks for all six.
         admittance = {
-            "selected_axes": [each in axes for each in AXES],
+            "selected_axes": [each in axes for each in TOOL_AXES],
             "mass": [float(own.mass)] * 6,
             "damping_ratio": [float(self.damping_ratio)] * 6,
             "stiffness": [float(own.spring)] * 6,
@@ -137,7 +137,7 @@ def design(
         return margins.gain >= gain and margins.phase >= phase
 
     late = admittance.delay + admittance.lag
-    high = ABOVE * max(
+    high = DAMPING_BEGINS * max(
         max(k * late + beta for k, beta in tissues),
         2.0 * np.sqrt(admittance.mass * max(k for k, _ in tissues)),
     )
@@ -147,11 +147,11 @@ def design(
             "damping: ask for less, or for a larger `mass` or `stiffness`"
         )
     low = high
-    while holds(low / STEP):
-        low /= STEP
+    while holds(low / DAMPING_STEP):
+        low /= DAMPING_STEP
         if low < high * 1e-9:  # nothing to hold back: any damping does
             return held(low)
-    high, low = low, low / STEP
+    high, low = low, low / DAMPING_STEP
     while high > low * (1.0 + EXACTLY):
         middle = float(np.sqrt(low * high))
         low, high = (low, middle) if holds(middle) else (middle, high)

@@ -12,12 +12,12 @@ from typing import Any, Literal
 import yaml
 
 from tissue_probe import bounded_yaml
-from tissue_probe.alike import Alike
 from tissue_probe.bounded_yaml import YamlError
 from tissue_probe.errors import MeasurementError, check_file
+from tissue_probe.likeness import Alike
 from tissue_probe.quantities import SIDE, engineering
 
-FORMAT = "tissue_probe contact 1"
+CONTACT_FORMAT = "tissue_probe contact 1"
 #: Digits of a number in the file: those that the errors of any contact need.
 DIGITS = 9
 
@@ -30,7 +30,7 @@ VERDICTS: dict[Verdict, str] = {
 
 
 @dataclass(frozen=True)
-class Number:
+class ContactNumber:
     """A value, and the standard deviation of its error: 0 where it was given."""
 
     value: float
@@ -71,10 +71,10 @@ class Contact(Alike):
     """
 
     verdict: Verdict
-    stiffness: Number
-    damping: Number
-    tip_mass: Number
-    delay: Number
+    stiffness: ContactNumber
+    damping: ContactNumber
+    tip_mass: ContactNumber
+    delay: ContactNumber
     error: float
     error_over_noise: float
     lowest: float
@@ -98,7 +98,7 @@ class Contact(Alike):
     def text(self) -> str:
         """Return the file's text."""
         plain = {name: _rounded(value) for name, value in asdict(self).items()}
-        content = {"format": FORMAT, **plain}
+        content = {"format": CONTACT_FORMAT, **plain}
         return str(yaml.safe_dump(content, sort_keys=False, default_flow_style=None))
 
 
@@ -128,7 +128,7 @@ def load(path: str | Path) -> Contact:
 
 
 def _of_content(content: Any) -> Contact:
-    if not isinstance(content, dict) or content.get("format") != FORMAT:
+    if not isinstance(content, dict) or content.get("format") != CONTACT_FORMAT:
         raise ValueError("it is no contact: give a file that `tissue_probe contact` wrote")
     if content.get("verdict") not in VERDICTS:
         raise ValueError(f"its verdict is none of {', '.join(VERDICTS)}")
@@ -136,7 +136,7 @@ def _of_content(content: Any) -> Contact:
     for each in fields(Contact):
         if each.type == "Number":
             parts = (_number(content, each.name, part) for part in ("value", "deviation"))
-            given[each.name] = Number(*parts)
+            given[each.name] = ContactNumber(*parts)
         elif each.type == "float":
             given[each.name] = _number(content, each.name)
     return Contact(**given)

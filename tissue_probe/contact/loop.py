@@ -31,9 +31,9 @@ A_DECADE = 400
 A_TURN = 20
 #: From so many turns of the delay on, every frequency counts as one where -1 may be met: the next
 #: is 2 % off, and the loop's gain there the same to as much.
-TURNS = 50
+DELAY_TURNS = 50
 #: No margin beyond this is told: crossings where the loop's gain is less are not sought.
-LARGEST = 100.0
+LARGEST_MARGIN = 100.0
 
 
 @dataclass(frozen=True)
@@ -124,7 +124,7 @@ class Admittance:
         largest = max(largest, float(gain[often].max(initial=0.0)))
         near = min((abs(phase(at)) * (at <= self._often) for at in crossovers), default=np.inf)
         return Margins(
-            gain=1.0 / largest if largest * LARGEST > 1.0 else np.inf,
+            gain=1.0 / largest if largest * LARGEST_MARGIN > 1.0 else np.inf,
             phase=near if largest < 1.0 else -near,
             crossover=max(crossovers, default=0.0) / (2.0 * np.pi),
         )
@@ -132,14 +132,14 @@ class Admittance:
     @property
     def _often(self) -> float:
         """Angular frequency from which on the delay has turned the loop often [rad/s]."""
-        return 2.0 * np.pi * TURNS / self.delay if self.delay > 0.0 else np.inf
+        return 2.0 * np.pi * DELAY_TURNS / self.delay if self.delay > 0.0 else np.inf
 
     def _frequencies(self, stiffness: float, damping: float) -> FloatArray:
         """Return angular frequencies about all crossings [rad/s].
 
-        At the last one the gain is below 1 / ``LARGEST``: mass or damper alone hold it there.
+        At the last one the gain is below 1 / ``LARGEST_MARGIN``: mass or damper alone hold it.
         """
-        stiff, damp = self.spring + LARGEST * stiffness, LARGEST * damping
+        stiff, damp = self.spring + LARGEST_MARGIN * stiffness, LARGEST_MARGIN * damping
         last = (damp + np.sqrt(damp**2 + 4.0 * self.mass * stiff)) / (2.0 * self.mass)
         if self.damping > damp:
             last = min(last, stiff / (self.damping - damp))

@@ -23,15 +23,15 @@ from xml.sax.saxutils import quoteattr
 
 import numpy as np
 
-from tissue_probe.alike import Alike
 from tissue_probe.contact.contact import Contact
 from tissue_probe.errors import MeasurementError, ParameterError, check_file
+from tissue_probe.likeness import Alike
 
 #: d: the smallest that MuJoCo takes (mjMINIMP). The contact takes a part of other forces away that
 #: grows with it: the force under an arm is 1 % off at 0.01, and 9 % at 0.1.
 IMPEDANCE = 1e-4
 #: The depth over which the impedance changes, from d to d, and its course there: MuJoCo's own.
-WIDTH, MIDDLE, POWER = 0.001, 0.5, 2.0
+IMPEDANCE_WIDTH, IMPEDANCE_MIDDLE, IMPEDANCE_POWER = 0.001, 0.5, 2.0
 
 
 @dataclass(frozen=True)
@@ -65,7 +65,7 @@ class Pair(Alike):
     @property
     def solimp(self) -> tuple[float, ...]:
         """Impedance as MuJoCo takes it."""
-        return (IMPEDANCE, IMPEDANCE, WIDTH, MIDDLE, POWER)
+        return (IMPEDANCE, IMPEDANCE, IMPEDANCE_WIDTH, IMPEDANCE_MIDDLE, IMPEDANCE_POWER)
 
     def text(self, contact: Contact) -> str:
         """Return the file, to be included in the model, with the contact's error and range."""

@@ -120,7 +120,7 @@ class Calibration(BaseModel):
     @property
     def text(self) -> str:
         """The calibration in YAML, every digit kept."""
-        return yaml.safe_dump(self.model_dump(mode="json"), sort_keys=False)
+        return str(yaml.safe_dump(self.model_dump(mode="json"), sort_keys=False))
 
     def changed(self, **values: object) -> Calibration:
         """Return this calibration with other values, checked as when it is read.
@@ -135,12 +135,16 @@ class Calibration(BaseModel):
     def force(self, volts: ArrayLike, tare: ArrayLike = 0.0) -> FloatArray:
         """Return the force [N], positive in compression, of load-cell volts."""
         sign = FORCE_SIGNS[self.force_polarity]
-        return sign * self.force_per_volt * (np.asarray(volts) - self.force_offset_volts) - tare
+        read, at_rest = np.asarray(volts, float), np.asarray(tare, float)
+        force: FloatArray = sign * self.force_per_volt * (read - self.force_offset_volts) - at_rest
+        return force
 
     def volts(self, force: ArrayLike, tare: ArrayLike = 0.0) -> FloatArray:
         """Return the load-cell volts of a force [N], positive in compression."""
         sign = FORCE_SIGNS[self.force_polarity]
-        return sign * (np.asarray(force) + tare) / self.force_per_volt + self.force_offset_volts
+        whole = np.asarray(force, float) + np.asarray(tare, float)
+        volts: FloatArray = sign * whole / self.force_per_volt + self.force_offset_volts
+        return volts
 
     def position(self, counts: ArrayLike) -> FloatArray:
         """Return the displacement [m], positive into the tissue, of encoder counts."""

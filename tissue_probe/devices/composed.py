@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import hashlib
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -17,7 +17,7 @@ from numba import njit, types
 
 from tissue_probe.alignment import Alignment
 from tissue_probe.devices.device import DeviceError
-from tissue_probe.physics import compiled
+from tissue_probe.physics import code_cache
 from tissue_probe.physics.composition import Composition
 from tissue_probe.physics.effects import Effect, Parameter
 from tissue_probe.physics.effects.effect import POSITION, TIME, TISSUE_FORCE
@@ -97,7 +97,7 @@ class ComposedProbe:
         with_stage = Composition(OWN, composition.tissue, (*composition.effects, STAGE_EFFECT))
         model = with_stage.model
         digest = hashlib.sha256(repr(model).encode()).hexdigest()[:16]
-        self._kernel = compiled.module(f"plant_{digest}", lambda: source(model))
+        self._kernel = code_cache.module(f"plant_{digest}", lambda: source(model))
         values = {**fitted.values, "stage_depth": 0.0, "stage_speed": 0.0, "held": 1.0}
         self._values = np.array([values[name] for name in self._kernel.VALUES])
         self._tissue = [self._kernel.VALUES.index(name) for name in ("stiffness", "damping")]
@@ -153,7 +153,7 @@ class ComposedProbe:
         )  # fmt: skip
         if not np.isfinite(self._state).all():
             raise DeviceError("the simulated model diverges: check the values in the model file")
-        times = (self._count + np.arange(command.size)) * self._period
+        times = (self._count + np.arange(command.size, dtype=float)) * self._period
         self._count += command.size
         return self._delaying.apply(self._measure_position(position, times), force)
 
@@ -214,7 +214,18 @@ _BEGIN_TYPE = types.FunctionType(types.void(_V, _F8, _F8, _V))
     types.void(_FILL, _FORCE, _F8, _V, _V, _V, _V, _F8, _F8, _V),
     cache=True, nogil=True, error_model="numpy",
 )  # fmt: skip
-def _derivative(rate, reaction, t, y, mode, p, coil, voltage, target, filled):
+def _derivative(
+    rate: Callable[..., None],
+    reaction: Callable[..., float],
+    t: float,
+    y: FloatArray,
+    mode: FloatArray,
+    p: FloatArray,
+    coil: FloatArray,
+    voltage: float,
+    target: float,
+    filled: FloatArray,
+) -> None:
     """Fill the rates of i, u, u', d and of the model's states."""
     inductance, resistance, force_constant, mass, c, s, stage_time, _ = coil
     i, u, v, d = y[CURRENT], y[COIL], y[SPEED], y[DEPTH]
@@ -232,7 +243,19 @@ def _derivative(rate, reaction, t, y, mode, p, coil, voltage, target, filled):
     types.void(_FILL, _FORCE, _F8, _V, _V, _V, _V, _F8, _F8, _F8, _V),
     cache=True, nogil=True, error_model="numpy",
 )  # fmt: skip
-def _step(rate, reaction, t, y, mode, p, coil, voltage, target, h, after):
+def _step(
+    rate: Callable[..., None],
+    reaction: Callable[..., float],
+    t: float,
+    y: FloatArray,
+    mode: FloatArray,
+    p: FloatArray,
+    coil: FloatArray,
+    voltage: float,
+    target: float,
+    h: float,
+    after: FloatArray,
+) -> None:
     """One classical Runge-Kutta step of length h."""
     slopes = np.empty((4, y.size))
     for stage in range(4):
@@ -248,7 +271,19 @@ def _step(rate, reaction, t, y, mode, p, coil, voltage, target, h, after):
     types.void(_FILL, _FILL, _FORCE, _F8, _V, _V, _V, _V, _F8, _F8, _F8),
     cache=True, nogil=True, error_model="numpy",
 )  # fmt: skip
-def _advance(rate, switch, reaction, t, y, mode, p, coil, voltage, target, h):
+def _advance(
+    rate: Callable[..., None],
+    switch: Callable[..., None],
+    reaction: Callable[..., float],
+    t: float,
+    y: FloatArray,
+    mode: FloatArray,
+    p: FloatArray,
+    coil: FloatArray,
+    voltage: float,
+    target: float,
+    h: float,
+) -> None:
     """Move the state on by h, turning switches at the times at which they turn (by secants)."""
     after = np.empty(y.size)
     before, now = np.empty(mode.size), np.empty(mode.size)
@@ -284,9 +319,23 @@ def _advance(rate, switch, reaction, t, y, mode, p, coil, voltage, target, h):
     cache=True, nogil=True, error_model="numpy",
 )  # fmt: skip
 def _simulate(
-    rate, switch, output, reaction, begin, y, mode, p, coil, command, target, count, period,
-    substeps, position, force,
-):  # fmt: skip
+    rate: Callable[..., None],
+    switch: Callable[..., None],
+    output: Callable[..., float],
+    reaction: Callable[..., float],
+    begin: Callable[..., None],
+    y: FloatArray,
+    mode: FloatArray,
+    p: FloatArray,
+    coil: FloatArray,
+    command: FloatArray,
+    target: float,
+    count: int,
+    period: float,
+    substeps: int,
+    position: FloatArray,
+    force: FloatArray,
+) -> None:
     """Sample coil displacement and force, then move on by one period, for each command."""
     reach = coil[7]
     rest = np.empty(y.size - FIRST)

@@ -24,10 +24,17 @@ from tissue_probe.devices.limit_codes import (
     TRAVEL,
     UNKNOWN,
 )
+from tissue_probe.signals import FloatArray
 
 
 @numba.njit(cache=True)
-def first_passed(position, force, command, state, bounds):
+def first_passed(
+    position: FloatArray,
+    force: FloatArray,
+    command: FloatArray,
+    state: FloatArray,
+    bounds: tuple[float, ...],
+) -> tuple[int, float]:
     """Return which limit a sample passed first, NONE if none did, and by which value.
 
     ``state`` is carried from block to block: force and position of the last sample, least and

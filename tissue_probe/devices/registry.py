@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from importlib import import_module
 
 from pydantic import BaseModel
 
+from tissue_probe.devices.calibration import Calibration
 from tissue_probe.devices.device import Device
 from tissue_probe.devices.nidaqmx.settings import NiDaqmxSettings
 from tissue_probe.devices.simulated_settings import SimulatedProbeSettings
@@ -27,10 +29,10 @@ class Registered:
     settings: type[BaseModel]
     place: str
 
-    def load(self) -> type[Device]:
+    def load(self) -> Callable[[BaseModel, Calibration], Device]:
         """Import the device's class, and with it the packages that it needs."""
         module, _, name = self.place.partition(":")
-        kind: type[Device] = getattr(import_module(module), name)
+        kind: Callable[[BaseModel, Calibration], Device] = getattr(import_module(module), name)
         return kind
 
 

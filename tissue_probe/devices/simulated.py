@@ -20,7 +20,7 @@ from __future__ import annotations
 import math
 from pathlib import Path
 from threading import Lock
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeAlias
 
 import numba
 import numpy as np
@@ -34,7 +34,7 @@ from tissue_probe.devices.simulated_settings import SimulatedProbeSettings
 from tissue_probe.excitation import Excitation
 from tissue_probe.pacing import Pacer
 from tissue_probe.physics.phantom import load_phantom
-from tissue_probe.signals import NANOSECONDS, FloatArray
+from tissue_probe.signals import NANOSECONDS, BoolArray, FloatArray
 
 if TYPE_CHECKING:
     from tissue_probe.devices.composed import ComposedProbe
@@ -138,21 +138,22 @@ class SimulatedProbe:
                 "machine is too busy for 2 kHz, or was suspended"
             )
         with self._lock:
-            if self._excitation is None:
+            excitation = self._excitation
+            if excitation is None:
                 raise DeviceError("the simulated probe was stopped while it was read")
             missing = count - self._ahead.shape[1]
             if missing > 0:
-                self._simulate_ahead(max(missing, SAMPLES_AHEAD))
+                self._simulate_ahead(max(missing, SAMPLES_AHEAD), excitation)
             samples = Samples(*self._ahead[:, :count])
             self._ahead = self._ahead[:, count:]
             self.commanded_voltage = float(samples.command[-1])
         self._taken += count
         return samples
 
-    def _simulate_ahead(self, count: int) -> None:
+    def _simulate_ahead(self, count: int, excitation: Excitation) -> None:
         """Add ``count`` samples to those that are ready to be handed out."""
         settings = self._settings
-        command = self._next_commands(count)
+        command = self._next_commands(count, excitation)
         position, force = self._move_on(command)
         step = settings.encoder_resolution
         if self._composed is not None:
@@ -198,7 +199,7 @@ class SimulatedProbe:
         if self._settings.model:
             told["model"] = bounded_yaml.read(self._settings.model)
         # Lists on one line: a table of thousands stays within the limits of a reader of YAML.
-        return yaml.safe_dump(told, default_flow_style=None, width=math.inf)
+        return str(yaml.safe_dump(told, default_flow_style=None, width=math.inf))
 
     @property
     def worst_lateness(self) -> float:
@@ -221,11 +222,11 @@ class SimulatedProbe:
         """Stop; there is no hardware to let go of."""
         self.stop()
 
-    def _next_commands(self, count: int) -> FloatArray:
+    def _next_commands(self, count: int, excitation: Excitation) -> FloatArray:
         if self._commands.size < count:
             first = self._simulated + self._commands.size
-            number = np.arange(first, first + max(count, COMMAND_SAMPLES))
-            more = self._excitation(number * self.sample_period)
+            number = np.arange(first, first + max(count, COMMAND_SAMPLES), dtype=float)
+            more = excitation(number * self.sample_period)
             self._commands = np.concatenate([self._commands, more])
         self._simulated += count
         now, self._commands = self._commands[:count], self._commands[count:]
@@ -241,9 +242,10 @@ class SimulatedProbe:
         )
         constants = self._constants(stiffest)
         # The right-hand side is linear: at unit states it gives the columns of its matrix.
-        units = np.eye(6).tolist()
-        matrix = [_derivative(tuple(unit), True, 0.0, constants) for unit in units]
-        rate = np.abs(np.linalg.eigvals(matrix)).max()
+        matrix = []
+        for i, u, v, x, w, d in np.eye(6).tolist():
+            matrix.append(_derivative((i, u, v, x, w, d), True, 0.0, constants))
+        rate = float(np.abs(np.linalg.eigvals(matrix)).max())
         step = STEP_OF_TIME_CONSTANT / rate
         if 1.0 / step > SIMULATION_STEPS:
             raise DeviceError(
@@ -270,8 +272,14 @@ class SimulatedProbe:
         )
 
 
+#: i, u, u', x, x' and d of the module's equations.
+_State: TypeAlias = tuple[float, float, float, float, float, float]
+
+
 @numba.njit(cache=True)
-def _derivative(state, attached, voltage, constants):
+def _derivative(
+    state: _State, attached: bool, voltage: float, constants: tuple[float, ...]
+) -> _State:
     """Right-hand side of the module's equations; the state is i, u, u', x, x', d."""
     i, u, v, x, w, d = state
     inductance, resistance, force_constant, coil_mass, c, s, k0, beta0, m, k, beta, target = (
@@ -291,8 +299,8 @@ def _derivative(state, attached, voltage, constants):
 
 
 @numba.njit(cache=True)
-def _axpy(state, scale, slope):
-    """State + scale * slope, entry by entry."""
+def _axpy(state: _State, scale: float, slope: _State) -> _State:
+    """_State + scale * slope, entry by entry."""
     return (
         state[0] + scale * slope[0],
         state[1] + scale * slope[1],
@@ -304,7 +312,9 @@ def _axpy(state, scale, slope):
 
 
 @numba.njit(cache=True)
-def _runge_kutta_step(state, attached, voltage, constants, h):
+def _runge_kutta_step(
+    state: _State, attached: bool, voltage: float, constants: tuple[float, ...], h: float
+) -> _State:
     """One classical Runge-Kutta step of length h."""
     s1 = _derivative(state, attached, voltage, constants)
     s2 = _derivative(_axpy(state, h / 2, s1), attached, voltage, constants)
@@ -317,7 +327,14 @@ def _runge_kutta_step(state, attached, voltage, constants, h):
 
 
 @numba.njit(cache=True)
-def _simulate(state, attached, command, constants, sample_period, substeps):
+def _simulate(
+    state: FloatArray,
+    attached: BoolArray,
+    command: FloatArray,
+    constants: tuple[float, ...],
+    sample_period: float,
+    substeps: int,
+) -> tuple[FloatArray, FloatArray]:
     """Sample coil displacement and load-cell force, then move on by one period, for each command.
 
     ``state`` (6,) and ``attached`` (1,) are carried from call to call, changed in place.

@@ -23,6 +23,7 @@ from tissue_probe.quantities import SIDE
 if TYPE_CHECKING:
     from tissue_probe.diagnosis.shape.formula import Formula
     from tissue_probe.diagnosis.shape.found import FoundShape
+    from tissue_probe.diagnosis.shape.learnt_curve import Curve
 
 Verdict = Literal["adequate", "missing", "ambiguous", "unexplained"]
 #: A number, or null where there is none (JSON knows neither NaN nor infinity).
@@ -83,7 +84,7 @@ class Candidate(_Entry):
     rmse: Number = Field(description="error on the data it was fitted to [output.unit]")
     gain: Number = Field(description="fall of the Bayesian information criterion")
     probability: Number = Field(
-        None,
+        default=None,
         description="that this effect is missing, over all models that were tried; null where "
         "effects were asked for",
     )
@@ -129,9 +130,11 @@ class Experiment(_Entry):
     )
     shows: list[str] = Field(default=[], description="effects of `unseen` that it would show")
     calibration: str = Field(description="what tells where no excitation does")
-    command: str = Field("", description="command line that runs the excitation on the driver")
+    command: str = Field(
+        default="", description="command line that runs the excitation on the driver"
+    )
     command_notes: list[str] = Field(
-        [],
+        default=[],
         description="what to do before, where the amplitude [V] comes from, and how it is "
         "recorded, in sentences",
     )
@@ -244,7 +247,8 @@ class Answer(_Entry):
     """What ``compare``, ``diagnose`` and ``improve`` say."""
 
     version: Literal[1, 2, 3] = Field(
-        3, description="1 has no probabilities; 3 has sentences, values, says, errors besides"
+        default=3,
+        description="1 has no probabilities; 3 has sentences, values, says, errors besides",
     )
     verdict: Verdict
     output: Output
@@ -252,15 +256,16 @@ class Answer(_Entry):
         description="best first; where the verdict is adequate, the unseen before the others"
     )
     models: list[Model] = Field(
-        [],
+        default=[],
         description="the most probable first: those that together have a probability of 0.95, then "
         "others of more than 0.001; the asked one alone where effects were asked for",
     )
     families: dict[str, float] = Field(
-        {}, description="probability that some effect of a family is missing, by the family's name"
+        default={},
+        description="probability that some effect of a family is missing, by the family's name",
     )
     family: str | None = Field(
-        None,
+        default=None,
         description="family of which an effect is surely missing, though no form of it is sure; "
         "else null",
     )
@@ -280,7 +285,7 @@ class Answer(_Entry):
     ladder: list[Step]
     suggested_excitation: Experiment | None
     carries_over: bool | None = Field(
-        None,
+        default=None,
         description="whether the last model errs on the validating recordings no more than its "
         "noise and its values' uncertainty leave; null without any",
     )
@@ -288,37 +293,41 @@ class Answer(_Entry):
         description="what was done to read the samples, and what is wrong with them, in sentences"
     )
     revisions: list[str] = Field(
-        [],
+        default=[],
         description="names of the revisions of the samples and of their weights that models asked "
         "for, in their order: quieter and louder (noise), motion, undecided, outliers, corners, "
         "fineness (of the simulation), colour, course, flicker",
     )
     instrument: list[InstrumentValue] = Field(
-        [], description="values of the last model that belong to the instrument"
+        default=[], description="values of the last model that belong to the instrument"
     )
-    asked: str = Field("", description="rig, tissue, and all else that was said, in one line")
+    asked: str = Field(
+        default="", description="rig, tissue, and all else that was said, in one line"
+    )
     prior: dict[str, float] = Field(
-        {}, description="odds of effects or families before the measurement, as they were given"
+        default={},
+        description="odds of effects or families before the measurement, as they were given",
     )
     sentences: list[str] = Field(
-        [], description="the answer in words: verdict, effects, errors, what to record next"
+        default=[], description="the answer in words: verdict, effects, errors, what to record next"
     )
-    values: list[Value] = Field([], description="of the last model")
+    values: list[Value] = Field(default=[], description="of the last model")
     correlations: list[list[Number]] = Field(
-        [], description="of the errors of `values`, in their order"
+        default=[], description="of the errors of `values`, in their order"
     )
     says: dict[str, str] = Field(
-        {}, description="what the values of each effect of the likely models mean, in few words"
+        default={},
+        description="what the values of each effect of the likely models mean, in few words",
     )
     errors: Errors | None = None
     shape: Shape | None = Field(
-        None,
+        default=None,
         description="the missing force as a free function; null where none leaves noise only, in "
         "held-out parts, too, and where the verdict is not unexplained",
     )
     seconds: float = Field(description="time that the analysis took")
     compared: Step | None = Field(
-        None,
+        default=None,
         description="the model that compare printed and drew, as it was fitted or held; else null",
     )
 
@@ -362,7 +371,7 @@ def answer(diagnosis: Diagnosis, compared: Fit | None = None) -> Answer:
         errors=errors(diagnosis),
         shape=shape(diagnosis.shape),
         seconds=diagnosis.seconds,
-        compared=compared and step(compared, compared.heldout_rmse),
+        compared=None if compared is None else step(compared, compared.heldout_rmse),
     )
 
 
@@ -387,14 +396,14 @@ def values(fit: Fit) -> list[Value]:
     ]
 
 
-def correlations(fit: Fit) -> list[list[float]]:
+def correlations(fit: Fit) -> list[list[Number]]:
     """Return the correlations of the errors of ``values``."""
     deviations = np.sqrt(np.maximum(np.diag(fit.covariance), 0.0))
     known = fit.deviations()
     kept = [n for n, name in enumerate(fit.names) if known[name] > 0.0]
     spread = np.where(deviations > 0.0, deviations, np.inf)
     found = fit.covariance / np.outer(spread, spread)
-    rows: list[list[float]] = found[np.ix_(kept, kept)].tolist()
+    rows: list[list[Number]] = found[np.ix_(kept, kept)].tolist()
     return rows
 
 
@@ -428,8 +437,6 @@ def shape(found: FoundShape | None) -> Shape | None:
     """Put the shape of a missing force into the layout for programs; None where none is claimed."""
     if found is None or not found.accepted:
         return None
-    drawn = found.curve
-    one = drawn is not None and len(drawn.variables) == 1
     return Shape(
         variables=list(found.variables),
         share=found.share,
@@ -442,29 +449,39 @@ def shape(found: FoundShape | None) -> Shape | None:
         beside=list(found.fit.composition.names),
         over_noise=found.ratio,
         heldout_over_noise=found.heldout,
-        curve=ShapeCurve(
-            variable=drawn.variables[0],
-            grid=drawn.grid[0].tolist(),
-            value=drawn.value.tolist(),
-            sd=drawn.sd.tolist(),
-        )
-        if one
-        else None,
-        surface=ShapeSurface(
-            variables=list(drawn.variables),
-            grid=[each.tolist() for each in drawn.grid],
-            value=drawn.value.tolist(),
-            sd=drawn.sd.tolist(),
-            visited=drawn.visited.tolist(),
-        )
-        if drawn is not None and not one
-        else None,
+        curve=_curve(found.curve),
+        surface=_surface(found.curve),
         formula=_formula(found.formula),
     )
 
 
+def _curve(drawn: Curve | None) -> ShapeCurve | None:
+    if drawn is None or len(drawn.variables) > 1:
+        return None
+    return ShapeCurve(
+        variable=drawn.variables[0],
+        grid=drawn.grid[0].tolist(),
+        value=drawn.value.tolist(),
+        sd=drawn.sd.tolist(),
+    )
+
+
+def _surface(drawn: Curve | None) -> ShapeSurface | None:
+    if drawn is None or len(drawn.variables) == 1:
+        return None
+    return ShapeSurface(
+        variables=list(drawn.variables),
+        grid=[each.tolist() for each in drawn.grid],
+        value=drawn.value.tolist(),
+        sd=drawn.sd.tolist(),
+        visited=drawn.visited.tolist(),
+    )
+
+
 def _formula(found: Formula | None) -> ShapeFormula | None:
-    return found and ShapeFormula(
+    if found is None:
+        return None
+    return ShapeFormula(
         formula=found.text,
         constants=[
             FormulaConstant(name=c.name, unit=c.unit, value=c.value, low=c.low, high=c.high)
@@ -489,7 +506,9 @@ def _of_instrument(found: Found) -> InstrumentValue:
 
 def _experiment(diagnosis: Diagnosis) -> Experiment | None:
     suggestion, command = diagnosis.suggestion, diagnosis.command
-    return suggestion and Experiment(
+    if suggestion is None:
+        return None
+    return Experiment(
         excitation=dict(suggestion.excitation),
         preload=suggestion.preload,
         duration=suggestion.duration,

@@ -24,7 +24,7 @@ from tissue_probe.diagnosis.observation.motion import motion
 from tissue_probe.diagnosis.observation.noise import UNKNOWN_NOISE
 from tissue_probe.errors import MeasurementError
 from tissue_probe.physics.kinds import LONGEST_DELAY
-from tissue_probe.physics.rounding import COARSE, smoothed
+from tissue_probe.physics.rounding import COARSE_STEP, smooth_rounding
 from tissue_probe.quantities import FORCE, POSITION
 from tissue_probe.signals import BoolArray
 
@@ -182,7 +182,7 @@ def _finely_read(measurement: Measurement) -> Measurement:
         if same < REPEATS:  # an error of the encoder's is for an effect to explain
             return replace(measurement, position=told.position, motion=told)
     step = measurement.extent.step
-    if measurement.at_rest or not 0.0 < step <= COARSE * measurement.scale.length:
+    if measurement.at_rest or not 0.0 < step <= COARSE_STEP * measurement.scale.length:
         return measurement
-    read = smoothed(measurement.position, step, fine=True)
+    read = smooth_rounding(measurement.position, step, fine=True)
     return replace(measurement, position=read.course, misread=read.error)

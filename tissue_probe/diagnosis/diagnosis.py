@@ -7,9 +7,9 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeVar, cast
 
 from threadpoolctl import threadpool_limits
 
@@ -152,8 +152,16 @@ class Diagnosis:
         return self.validated.get(fit.composition.names, fit.heldout_rmse)
 
 
-# The searches have threads of their own: those of linear algebra would wait for one another.
-@threadpool_limits.wrap(limits=1)
+_FunctionT = TypeVar("_FunctionT", bound=Callable[..., object])
+
+
+def _limit_threads(function: _FunctionT) -> _FunctionT:
+    """Leave linear algebra one thread: searches have threads of their own, which would wait."""
+    # The library has no types.
+    return cast(_FunctionT, threadpool_limits.wrap(limits=1)(function))
+
+
+@_limit_threads
 def diagnose(
     composition: Composition,
     measurements: Sequence[Measurement],
@@ -305,8 +313,7 @@ def fit_plainly(
     return climb(asked.composition, asked.measurements, asked.instrument, {}).base
 
 
-# The searches have threads of their own: those of linear algebra would wait for one another.
-@threadpool_limits.wrap(limits=1)
+@_limit_threads
 def promises(
     composition: Composition,
     measurements: Sequence[Measurement],

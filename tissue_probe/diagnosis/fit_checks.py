@@ -14,7 +14,7 @@ from tissue_probe.diagnosis.fitting.fit import Fit
 from tissue_probe.diagnosis.inspection.finding import Finding
 from tissue_probe.diagnosis.observation.instrument import Instrument
 from tissue_probe.diagnosis.ranking.carried import of_specimen
-from tissue_probe.physics.rigs import named
+from tissue_probe.physics.rigs import name_rigs
 from tissue_probe.quantities import FORCE, SIDE
 
 #: Values that are fitted of every tissue.
@@ -31,7 +31,7 @@ PLAIN_TISSUES = ("kelvin_voigt", "maxwell")
 #: its own: the tip then hardly moves.
 STIFFEST, BEYOND_CELL = 1e5, 5.0
 #: Rigs whose position is that of the tip.
-RIGS_LED = named(lambda rig: rig.tip_is_position)
+RIGS_LED = name_rigs(lambda rig: rig.tip_is_position)
 
 HELD_OUT = (
     "One part of the record alone tells {}: no error on a part that is left out tests that. Give "

@@ -21,7 +21,7 @@ from tissue_probe.errors import MeasurementError
 from tissue_probe.jumps import jumps
 from tissue_probe.physics.composition import Composition
 from tissue_probe.physics.response import Between
-from tissue_probe.physics.rigs import named
+from tissue_probe.physics.rigs import name_rigs
 from tissue_probe.quantities import FORCE
 
 #: Share of its range by which the spline through a force overshoots a jump: half of the tenth by
@@ -44,7 +44,7 @@ JUMPING = (
 )
 NOT_DRIVEN = (
     "`course`: the position drives a {}, and it is measured: it moves on between two samples; "
-    f"leave it out, or give rig {named(lambda rig: rig.input is FORCE)} if a force drives"
+    f"leave it out, or give rig {name_rigs(lambda rig: rig.input is FORCE)} if a force drives"
 )
 
 
@@ -143,10 +143,10 @@ def _is_as_good(held: Fit, delayed: Sequence[Fit]) -> bool:
 
 def _fit_delay(fit: Fit, instrument: Instrument) -> list[Fit]:
     """Return the model with a delay between its channels, if that can be fitted."""
+    from tissue_probe.physics.effect_scale import resize_effect
     from tissue_probe.physics.effects import EFFECTS
-    from tissue_probe.physics.resized import sized
 
-    return fit_candidates(fit, [sized(EFFECTS[DELAY], fit.composition.scale)], instrument)
+    return fit_candidates(fit, [resize_effect(EFFECTS[DELAY], fit.composition.scale)], instrument)
 
 
 def _overshoots(measurement: Measurement) -> bool:

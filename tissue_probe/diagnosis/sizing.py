@@ -103,8 +103,8 @@ def library_of_size(
     """
     if scale.is_usual:
         return library
+    from tissue_probe.physics.effect_scale import over, resize_effect
     from tissue_probe.physics.effects import EFFECTS
-    from tissue_probe.physics.resized import over, sized
 
     found = {}
     for name, effect in library.items():
@@ -112,7 +112,7 @@ def library_of_size(
             if name in wanted:
                 found[name] = effect
         elif (own := EFFECTS.get(name)) == effect.with_odds(1.0):
-            found[name] = sized(own, scale).with_odds(effect.odds)
+            found[name] = resize_effect(own, scale).with_odds(effect.odds)
         else:
             try:
                 over(effect, scale)

@@ -13,7 +13,7 @@ from math import factorial
 import numpy as np
 from scipy import fft
 
-from tissue_probe.kept import for_a_call
+from tissue_probe.call_cache import for_a_call
 from tissue_probe.signals import FloatArray, IntArray
 
 

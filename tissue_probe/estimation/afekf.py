@@ -1,11 +1,18 @@
 """Adaptive fading extended Kalman filter (paper, section III-B), in the reading that works."""
 
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
 from tissue_probe.estimation.ekf import EXTRA, FOLLOWS, update, weigh
+
+if TYPE_CHECKING:
+    from tissue_probe.estimation.equations import Filter
 
 __all__ = ["EXTRA", "FOLLOWS", "predict", "update", "weigh"]
 
 
-def predict(filter):
+def predict(filter: Filter) -> None:
     """Advance as the extended filter does, the past fading by a constant: eqs. 20 and 28.
 
         P_(t+1|t) = alpha F P F^T + Q,  alpha = 1.003

@@ -1,4 +1,3 @@
-# ruff: noqa: F821
 """Adaptive fading unscented Kalman filter: the paper's future work (section VI).
 
 The sigma points are the unscented filter's. The fading is that of eqs. 24-28 with the innovations'
@@ -11,20 +10,31 @@ With alpha = 1 the noise of C_t itself drives lambda up to 5 in calm; 1/2 keeps 
 apart.
 """
 
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
 from tissue_probe.estimation.ekf import FOLLOWS, update
 from tissue_probe.estimation.few_points import spread
 
+if TYPE_CHECKING:
+    from tissue_probe.estimation.equations import Filter
+    from tissue_probe.estimation.kernel_names import RECENT_NIS, cap, inflate, noise, output
+    from tissue_probe.signals import FloatArray
+
 __all__ = ["EXTRA", "FOLLOWS", "predict", "update", "weigh"]
 
-EXTRA = {"RECENT_NIS": 1.0}
+EXTRA: dict[str, float] = {"RECENT_NIS": 1.0}
 
 
-def predict(filter):
+def predict(filter: Filter) -> None:
     """Send the sigma points through the step, as the unscented filter does."""
     spread(filter, filter.linear_states)
 
 
-def weigh(constants, memory, innovation, S):
+def weigh(
+    constants: FloatArray, memory: FloatArray, innovation: float, S: float
+) -> tuple[float, float]:
     """Let the past fade as far as the innovations exceed their prediction: eqs. 26-28."""
     R = noise(constants, memory)
     recent = 0.9 * memory[RECENT_NIS] + 0.1 * innovation * innovation / S

@@ -1,14 +1,23 @@
-# ruff: noqa: F821
 """Extended Kalman filter (paper, section III-A)."""
 
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from tissue_probe.estimation.equations import Filter
+    from tissue_probe.estimation.kernel_names import noise
+    from tissue_probe.signals import FloatArray
+
+
 # Numbers that a filter keeps beside mean and covariance: names and values at the start.
-EXTRA = {}
+EXTRA: dict[str, float] = {}
 # Whether a change of stiffness and damping is followed, so that a first harmonic in the innovations
 # is no contradiction.
 FOLLOWS = False
 
 
-def predict(filter):
+def predict(filter: Filter) -> None:
     """Advance mean and covariance by one sample: eqs. 20 and 23.
 
     F is the exact derivative of the step (with ``discretisation='euler'``, eq. 17). Eq. 20 is
@@ -19,7 +28,7 @@ def predict(filter):
     filter.assign(X, P)
 
 
-def update(filter):
+def update(filter: Filter) -> None:
     """Take in the force: eqs. 19, 21 and 22 (Joseph's form).
 
     Eq. 21 is printed with h(X_t) for h(X_t^-), and eq. 18 calls H a 4x1 matrix; it is 1x4.
@@ -32,6 +41,8 @@ def update(filter):
     filter.assign(filter.X + K * filter.innovation, P)
 
 
-def weigh(constants, memory, innovation, S):
+def weigh(
+    constants: FloatArray, memory: FloatArray, innovation: float, S: float
+) -> tuple[float, float]:
     """Return the variances of the innovation and of the force: those that were predicted."""
     return S, noise(constants, memory)

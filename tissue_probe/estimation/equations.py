@@ -11,7 +11,7 @@ from functools import cache, cached_property
 import sympy as sp
 
 from tissue_probe.estimation.layout import Layout
-from tissue_probe.physics.discretise import BEGUN, DISCRETISATIONS, Step
+from tissue_probe.physics.discretise import BEGUN, DISCRETISATIONS, DiscreteStep
 from tissue_probe.physics.effects.effect import TIME
 from tissue_probe.physics.model import Model
 from tissue_probe.physics.program import Program
@@ -239,7 +239,7 @@ class Filter:
         if L is not None:
             self.program.store("memory", place + n * q + q, list(self.let("L", L)))
 
-    def motion(self, derivatives: bool) -> Step:
+    def motion(self, derivatives: bool) -> DiscreteStep:
         """Advance the model's states by one sample; derivatives are by the constants, too."""
         model = self.model
         if self.considered and derivatives:

@@ -86,16 +86,18 @@ class Estimator:
         estimates = np.empty((11, count))
         begin = 0
         aligned = self._alignment.apply(block.position, block.force)
-        self._run.take(*aligned, estimates)
+        run = self._run
+        assert run is not None, "the first block begins one"
+        run.take(*aligned, estimates)
         while self._restart_stamps:
             index = int(np.searchsorted(stamps, self._restart_stamps[0]))
             if index >= count:
                 break
-            self.missing += self._run.filter(begin, index)
+            self.missing += run.filter(begin, index)
             self._restart_stamps.pop(0)
             self.restart()
             begin = index
-        self.missing += self._run.filter(begin, count)
+        self.missing += run.filter(begin, count)
         return self._estimates(stamps, block.sequence, estimates)
 
     @property
@@ -132,7 +134,7 @@ class Estimator:
 
     def _already_used(self, block: SampleBlock) -> int:
         """Compare a block with the expected next sample; return how many samples came before."""
-        if block.sample_period != self._sample_period:
+        if self._run is None or block.sample_period != self._sample_period:
             self._begin(block)
         elif block.sequence > self._expected:
             self.gaps += 1
@@ -172,4 +174,5 @@ class Estimator:
 
     def _estimates(self, stamps: np.ndarray, first: int, rows: np.ndarray) -> TissueEstimates:
         sequence = np.arange(first, first + stamps.size)
-        return TissueEstimates(self.name, stamps, sequence, *rows[:10], rows[10].astype(np.uint8))
+        columns = [*rows[:10], rows[10].astype(np.uint8)]
+        return TissueEstimates(self.name, stamps, sequence, *columns)

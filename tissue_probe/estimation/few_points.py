@@ -3,12 +3,21 @@
 In well-conditioned problems it is the prediction of ``ukf`` to the last few bits, at less cost.
 """
 
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
 from tissue_probe.estimation import ekf
+
+if TYPE_CHECKING:
+    import sympy as sp
+
+    from tissue_probe.estimation.equations import Filter
 
 KAPPA = 2
 
 
-def spread(filter, tangent):
+def spread(filter: Filter, tangent: int) -> None:
     """Predict; the tangent F says where the points of the first ``tangent`` states go.
 
     It does so exactly where the step is linear in these states (all that move, or none). With an
@@ -42,13 +51,13 @@ def spread(filter, tangent):
         P[:moving, :moving] += a * a.T / c_squared
     d = filter.let("d", d)
     P[:moving, :moving] -= d * d.T
-    if tangent:
+    if F is not None:
         FU = filter.let("FU", F[:moving, :moving] * U[:moving, :moving])
         P[:moving, :moving] += FU * FU.T
     filter.assign(X + d.col_join(sp.zeros(len(X) - moving, 1)), P)
 
 
-def tangent_is_poor(filter, P):
+def tangent_is_poor(filter: Filter, P: sp.Matrix) -> str:
     """Return, as source, whether the tangent leaves out more than the process noise.
 
     The tissue's force k x + beta x' is a product of unknowns: the tangent at their mean leaves out

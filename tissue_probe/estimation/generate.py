@@ -6,7 +6,7 @@ Contents: which functions a kernel module has, and how they are written.
 from __future__ import annotations
 
 import inspect
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from pathlib import Path
 from types import ModuleType
 
@@ -44,6 +44,8 @@ WINDOW_SUMS = {"WINDOWS": 0.0, **{f"WINDOWS_{place}": 0.0 for place in range(1, 
 OWN = 32
 
 HEADER = '''"""Generated from the symbols of model and filter; do not edit."""
+from __future__ import annotations
+
 import math
 
 import numpy as np
@@ -61,7 +63,9 @@ def source(model: Model, discretisation: str, layout: Layout, equations: ModuleT
     """
     size = layout.size
 
-    def function(signature: str, write: Callable[[Filter], object], given: bool = False) -> str:
+    def function(
+        signature: str, write: Callable[[Filter], Iterable[sp.Expr] | None], given: bool = False
+    ) -> str:
         nonlocal size
         filter = Filter(model, discretisation, layout, given, size)
         returns = write(filter) or ()
@@ -111,7 +115,7 @@ def source_by_hand(layout: Layout, path: Path) -> str:
 def _places(layout: Layout, memory: int, verdict: int, follows: bool) -> str:
     """Return the names in capitals that the texts written by hand use."""
     states = layout.states
-    names = {name.upper(): layout.constant(name) for name in SETTINGS}
+    names: dict[str, object] = {name.upper(): layout.constant(name) for name in SETTINGS}
     names |= {name.upper(): layout.constant(name) for name in DERIVED}
     names |= {name.upper(): layout.per_state(name) for name in PER_STATE}
     names |= {name: layout.carried(name) for name in layout.extra}

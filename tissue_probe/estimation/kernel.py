@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from tissue_probe.estimation.considered import considered
 from tissue_probe.estimation.layout import Layout
 from tissue_probe.estimation.settings import EstimatorSettings
-from tissue_probe.physics import compiled, machine_code, numba_code
+from tissue_probe.physics import code_cache, machine_code, numba_code
 from tissue_probe.physics.machine_code import MachineCode
 from tissue_probe.physics.rigs import RIGS, Live
 from tissue_probe.physics.rigs.constants import CONTACT_POSITION
@@ -52,7 +52,7 @@ class Kernel:
     @property
     def size(self) -> int:
         """Length of ``memory``."""
-        return self.code.facts["MEMORY"]
+        return int(self.code.facts["MEMORY"])
 
 
 @dataclass(frozen=True)
@@ -74,7 +74,7 @@ class KalmanFilter:
     @property
     def summary(self) -> str:
         """The estimator in one line."""
-        return self.equations.__doc__.splitlines()[0]
+        return (self.equations.__doc__ or "").splitlines()[0]
 
     def kernel(self, settings: EstimatorSettings) -> Kernel:
         """Return the compiled kernel, generated the first time that it is wanted."""
@@ -146,7 +146,7 @@ class ByHand:
     @property
     def summary(self) -> str:
         """The estimator in one line."""
-        return ast.get_docstring(ast.parse(self.path.read_text())).splitlines()[0]
+        return (ast.get_docstring(ast.parse(self.path.read_text())) or "").splitlines()[0]
 
     def kernel(self, settings: EstimatorSettings) -> Kernel:
         """Return the compiled kernel; how steps are discretised makes no difference to it.
@@ -183,4 +183,4 @@ def _stiff(settings: EstimatorSettings) -> EstimatorSettings:
 
 
 def _code(name: str, write: Callable[[], str]) -> MachineCode:
-    return machine_code.load(name, lambda: numba_code.text(compiled.module(name, write), FACTS))
+    return machine_code.load(name, lambda: numba_code.text(code_cache.module(name, write), FACTS))

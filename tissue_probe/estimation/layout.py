@@ -211,10 +211,10 @@ def _of_prior(prior: Prior, name: str, sample_period: float, ceiling: float) -> 
 
 def _per_state(settings: EstimatorSettings, name: str, state: str) -> float:
     if name == "prior_variance":
-        return getattr(settings, f"{state}_prior_sd") ** 2
+        return float(getattr(settings, f"{state}_prior_sd") ** 2)
     if name == "largest_variance":
         ceiling = CEILING.get(state, 1.0) * settings.deviation_ceiling
-        return (ceiling * getattr(settings, f"{state}_prior_sd")) ** 2
+        return float((ceiling * getattr(settings, f"{state}_prior_sd")) ** 2)
     if name == "process_variance":
         return settings.velocity_noise if state == "tip_velocity" else 0.0
     field, default = {

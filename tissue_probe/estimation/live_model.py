@@ -7,7 +7,7 @@ models cannot run live.
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
@@ -27,9 +27,10 @@ from tissue_probe.physics.effects.effect import (
     TIME,
     State,
 )
+from tissue_probe.physics.fitted_model import FittedModel
 from tissue_probe.physics.model import Model
-from tissue_probe.physics.model_file import FittedModel, load
-from tissue_probe.physics.rigs import RIGS, Live, Rig, named
+from tissue_probe.physics.model_file import load
+from tissue_probe.physics.rigs import RIGS, Live, Rig, name_rigs
 from tissue_probe.physics.tissues import TISSUES
 from tissue_probe.settings import SettingsError
 
@@ -122,8 +123,8 @@ def live_model(settings: EstimatorSettings, force_offset: bool) -> LiveModel:
     path = Path(settings.model)
     if not _runs_live(RIGS[settings.rig]):
         raise SettingsError(
-            f"rig is {settings.rig}, but the filters take model files of {named(_runs_live)} only: "
-            "leave model empty"
+            f"rig is {settings.rig}, but the filters take model files of {name_rigs(_runs_live)} "
+            "only: leave model empty"
         )
     fitted = load(path, settings.effects)
     composition = fitted.composition
@@ -154,9 +155,9 @@ def _refusals(fitted: FittedModel) -> list[str]:
     composition = fitted.composition
     if not _runs_live(composition.rig):
         return [
-            f"the rig {composition.rig} cannot run live: model files of {named(_runs_live)} can"
+            f"the rig {composition.rig} cannot run live: model files of {name_rigs(_runs_live)} can"
         ]
-    said = {
+    said: dict[str, Callable[[Effect], bool]] = {
         "it moves the coil, and does not say how from sample to sample (sampled)": lambda effect: (
             effect.coil != (POSITION, POSITION_RATE) and effect.sampled is None
         ),
@@ -201,17 +202,9 @@ def _is_followed(effect: Effect) -> bool:
 def _acts_nowhere(effect: Effect) -> bool:
     none = Effect(effect.name, effect.family, effect.physics)
     acts = (
-        "force",
-        "contact",
-        "surface",
-        "drag",
-        "moving",
-        "inertia",
-        "coil",
-        "stretch",
-        "engaged",
+        *("force", "contact", "surface", "drag", "moving", "inertia", "coil", "stretch"),
+        *("engaged", "cell", "output", "position", "delay", "rounded"),
     )
-    acts += ("cell", "output", "position", "delay", "rounded")
     return all(getattr(effect, field) == getattr(none, field) for field in acts)
 
 

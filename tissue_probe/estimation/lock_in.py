@@ -1,4 +1,3 @@
-# ruff: noqa: F821
 """Lock-in: the complex impedance at the drive frequency, without any Kalman filter.
 
 Position and force are fitted, all by themselves, with a sine, a cosine and a constant at the known
@@ -14,6 +13,37 @@ needs an established motion: where the position deviates from its fit by more th
 its motion (a pause, another frequency, a sweep), the window holds no steady drive, and nothing is
 known. Never imported: this text becomes part of a kernel module.
 """
+
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    import math
+
+    from numba import njit
+
+    from tissue_probe.estimation.kernel_names import (
+        DRIVE_FREQUENCY,
+        ENCODER_RESOLUTION,
+        FLOOR,
+        FORCE_VARIANCE,
+        LARGEST,
+        LOAD_CELL_DAMPING,
+        LOAD_CELL_STIFFNESS,
+        LOWER,
+        MEAN_NIS,
+        PRIOR,
+        PRIOR_VARIANCE,
+        SAMPLE_PERIOD,
+        TIP_MASS,
+        UPPER,
+        has_recovered,
+        interrupt,
+        judge_model,
+        judge_noise,
+        record,
+    )
+    from tissue_probe.signals import FloatArray
+
 
 # Places in memory: products of [cos, sin, 1] with themselves (upper triangle), with the position
 # and with the force, of the position with itself; phase [rad]; samples since the start; squared
@@ -31,7 +61,7 @@ SETTLED = 3.0
 
 
 @njit(error_model="numpy")
-def start(constants, memory):
+def start(constants: FloatArray, memory: FloatArray) -> None:
     """Know nothing but the prior."""
     memory[:] = 0.0
     memory[LAST] = constants[PRIOR + 2]
@@ -41,7 +71,7 @@ def start(constants, memory):
 
 
 @njit(error_model="numpy")
-def claim_nothing(constants, memory):
+def claim_nothing(constants: FloatArray, memory: FloatArray) -> None:
     """Make the estimate as uncertain as before the first sample."""
     memory[LAST + 3] = constants[PRIOR_VARIANCE + 2]
     memory[LAST + 4] = constants[PRIOR_VARIANCE + 3]
@@ -49,22 +79,22 @@ def claim_nothing(constants, memory):
 
 
 @njit(error_model="numpy")
-def reopen(constants, memory):
+def reopen(constants: FloatArray, memory: FloatArray) -> None:
     """Keep the last estimate, and collect a new period."""
     memory[:LAST] = 0.0
     interrupt(memory)
 
 
 @njit(error_model="numpy")
-def is_determined(memory):
+def is_determined(memory: FloatArray) -> bool:
     """Whether the amplitudes are: a sine that is sampled too rarely is like a constant."""
     a, b, c, d, e, f = memory[0], memory[1], memory[2], memory[3], memory[4], memory[5]
     determinant = a * (d * f - e * e) + b * (c * e - b * f) + c * (b * e - c * d)
-    return determinant > 1e-9 * a * d * f
+    return bool(determinant > 1e-9 * a * d * f)
 
 
 @njit(error_model="numpy")
-def solve(memory, products):
+def solve(memory: FloatArray, products: int) -> tuple[float, float, float]:
     """Return the amplitudes of [cos, sin, 1] from their products with a signal."""
     a, b, c, d, e, f = memory[0], memory[1], memory[2], memory[3], memory[4], memory[5]
     x, y, z = memory[products], memory[products + 1], memory[products + 2]
@@ -79,7 +109,14 @@ def solve(memory, products):
 
 
 @njit(error_model="numpy")
-def collect(constants, memory, cosine, sine, position, force):
+def collect(
+    constants: FloatArray,
+    memory: FloatArray,
+    cosine: float,
+    sine: float,
+    position: float,
+    force: float,
+) -> None:
     """Take in a sample; those before it weigh less."""
     keep = math.exp(-constants[SAMPLE_PERIOD] * constants[DRIVE_FREQUENCY])
     for place in range(PHASE):
@@ -100,16 +137,16 @@ def collect(constants, memory, cosine, sine, position, force):
 
 
 @njit(error_model="numpy")
-def is_steady(memory, u):
+def is_steady(memory: FloatArray, u: tuple[float, float, float]) -> bool:
     """Whether the position is its fit, but for a small part of its motion."""
     fitted = u[0] * memory[WITH_POSITION] + u[1] * memory[WITH_POSITION + 1]
     fitted += u[2] * memory[WITH_POSITION + 2]
     motion = 0.5 * (u[0] * u[0] + u[1] * u[1]) * memory[5]
-    return memory[SQUARE_POSITION] - fitted <= UNSTEADY * motion
+    return bool(memory[SQUARE_POSITION] - fitted <= UNSTEADY * motion)
 
 
 @njit(error_model="numpy")
-def estimate(constants, memory, w):
+def estimate(constants: FloatArray, memory: FloatArray, w: float) -> None:
     """Turn the amplitudes into k and beta, unless the prior knows more."""
     k0, m = constants[LOAD_CELL_STIFFNESS], constants[TIP_MASS]
     u, f = solve(memory, WITH_POSITION), solve(memory, WITH_FORCE)
@@ -144,7 +181,15 @@ def estimate(constants, memory, w):
 
 
 @njit(error_model="numpy")
-def run(constants, memory, position, force, estimates, begin, end):
+def run(
+    constants: FloatArray,
+    memory: FloatArray,
+    position: FloatArray,
+    force: FloatArray,
+    estimates: FloatArray,
+    begin: int,
+    end: int,
+) -> int:
     """Fit samples ``begin`` to ``end``; fill ``estimates`` (11, n); return how many missed."""
     missing = 0
     w = 2.0 * math.pi * constants[DRIVE_FREQUENCY]

@@ -1,4 +1,3 @@
-# ruff: noqa: F821
 """Recursive least squares on filtered signals, without any Kalman filter.
 
 With the tip at x = u - F / k0, eq. 1 is linear in k and beta,
@@ -12,6 +11,37 @@ straight between samples. Of a rigid probe k0 is infinite. Samples count less th
 force or contact point biases it. Never imported: this text becomes part of a kernel module.
 """
 
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    import math
+
+    from numba import njit
+
+    from tissue_probe.estimation.kernel_names import (
+        ENCODER_RESOLUTION,
+        FLOOR,
+        FORCE_VARIANCE,
+        FORGETTING,
+        LARGEST,
+        LOAD_CELL_DAMPING,
+        LOAD_CELL_STIFFNESS,
+        LOWER,
+        MEAN_NIS,
+        PRIOR,
+        PRIOR_VARIANCE,
+        SAMPLE_PERIOD,
+        TIP_MASS,
+        UPPER,
+        has_recovered,
+        interrupt,
+        judge_model,
+        judge_noise,
+        record,
+    )
+    from tissue_probe.signals import FloatArray
+
+
 # Places in memory: filter states of x and of F (signal, first, second derivative); their last
 # samples; sums of phi phi^T (upper triangle) and of phi y; samples since the filters began; then
 # the rows of the estimate made last.
@@ -22,7 +52,7 @@ CUTOFF, CUTOFF_SHARE = 100.0, 0.05
 
 
 @njit(error_model="numpy")
-def start(constants, memory):
+def start(constants: FloatArray, memory: FloatArray) -> None:
     """Know nothing but the prior."""
     memory[:] = 0.0
     for row, variance in ((0, 3), (1, 4)):
@@ -36,13 +66,13 @@ def start(constants, memory):
 
 
 @njit(error_model="numpy")
-def reopen(constants, memory):
+def reopen(constants: FloatArray, memory: FloatArray) -> None:
     """Keep the estimates of the tissue; the filters begin again."""
     memory[COUNT] = 0.0
 
 
 @njit(error_model="numpy")
-def advance(memory, state, last, signal, steps):
+def advance(memory: FloatArray, state: int, last: int, signal: float, steps: float) -> None:
     """Let a signal, straight between samples, pass the filter in closed form.
 
     In units of 1 / w_f the filter is (D + 1)^3 y = a + b t. It follows a - 3 b + b t, and any
@@ -62,7 +92,7 @@ def advance(memory, state, last, signal, steps):
 
 
 @njit(error_model="numpy")
-def begin_filters(memory, x, force):
+def begin_filters(memory: FloatArray, x: float, force: float) -> None:
     """Begin as if both signals had always had their present value."""
     memory[:LAST_X] = 0.0
     memory[X] = memory[LAST_X] = x
@@ -70,7 +100,7 @@ def begin_filters(memory, x, force):
 
 
 @njit(error_model="numpy")
-def regress(constants, memory, y, x, v):
+def regress(constants: FloatArray, memory: FloatArray, y: float, x: float, v: float) -> None:
     """Weigh in one equation y = k x + beta v, and solve for k and beta."""
     R, keep = constants[FORCE_VARIANCE], constants[FORGETTING]
     for place in range(SUMS, COUNT):
@@ -105,7 +135,15 @@ def regress(constants, memory, y, x, v):
 
 
 @njit(error_model="numpy")
-def run(constants, memory, position, force, estimates, begin, end):
+def run(
+    constants: FloatArray,
+    memory: FloatArray,
+    position: FloatArray,
+    force: FloatArray,
+    estimates: FloatArray,
+    begin: int,
+    end: int,
+) -> int:
     """Filter samples ``begin`` to ``end``; fill ``estimates`` (11, n); return how many missed."""
     missing = 0
     m, k0, R = constants[TIP_MASS], constants[LOAD_CELL_STIFFNESS], constants[FORCE_VARIANCE]

@@ -1,4 +1,3 @@
-# ruff: noqa: F821
 """Robust extended Kalman filter: a constant force as fifth state, and a gate on the innovations.
 
 Once the tissue is roughly known, the step is the extended filter's. Before, it is the unscented
@@ -21,18 +20,48 @@ A model that is wrong, and hum, make the gate fire again and again. Then the fil
 disturbed, and instead of jumping lets the past fade, with the noise that the innovations show.
 """
 
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
 from tissue_probe.estimation import ekf, few_points
 from tissue_probe.estimation.ekf import update
+
+if TYPE_CHECKING:
+    from tissue_probe.estimation.equations import Filter
+    from tissue_probe.estimation.kernel_names import (
+        DAMPING,
+        DIAGONAL,
+        DISTURBED,
+        MANY_OPENINGS,
+        MEAN_NIS,
+        OPENINGS,
+        RECENT_NIS,
+        RECENT_SQUARE,
+        STIFFNESS,
+        STIFFNESS_DAMPING,
+        cap,
+        forget,
+        inflate,
+        noise,
+        output,
+    )
+    from tissue_probe.signals import FloatArray
 
 __all__ = ["EXTRA", "FOLLOWS", "predict", "update", "weigh"]
 
 FOLLOWS = True
 # Means of NIS and of the squared innovations [N^2] over the last ten samples; openings of late,
 # within some 50 samples and within some 1000.
-EXTRA = {"RECENT_NIS": 1.0, "RECENT_SQUARE": 0.0, "OPENINGS": 0.0, "MANY_OPENINGS": 0.0}
+EXTRA: dict[str, float] = {
+    "RECENT_NIS": 1.0,
+    "RECENT_SQUARE": 0.0,
+    "OPENINGS": 0.0,
+    "MANY_OPENINGS": 0.0,
+}
 
 
-def predict(filter):
+def predict(filter: Filter) -> None:
     """Advance by sigma points where the tangent leaves out more than the process noise."""
     if not filter.model.states:
         ekf.predict(filter)
@@ -45,7 +74,9 @@ def predict(filter):
     ekf.predict(filter)
 
 
-def weigh(constants, memory, innovation, S):
+def weigh(
+    constants: FloatArray, memory: FloatArray, innovation: float, S: float
+) -> tuple[float, float]:
     """Return the variances of innovation and force; re-open the covariance where these say so."""
     R = predicted = noise(constants, memory)
     memory[RECENT_NIS] = 0.9 * memory[RECENT_NIS] + 0.1 * innovation * innovation / S

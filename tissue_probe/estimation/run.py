@@ -44,7 +44,8 @@ class Run:
         self._estimates = np.empty((11, 0))
         self._length = 0
         self._addresses = (ctypes.c_void_p * 5)()
-        self._addresses[:2] = _address(self._constants), _address(self._memory)
+        self._addresses[0] = _address(self._constants)
+        self._addresses[1] = _address(self._memory)
         self._arrays = ctypes.addressof(self._addresses)
         self.start()
 
@@ -85,7 +86,7 @@ class Run:
 
     def filter(self, begin: int, end: int) -> int:
         """Filter the samples from ``begin`` to ``end``; return how many of them were missing."""
-        return self._run(self._arrays, self._length, begin, end)
+        return int(self._run(self._arrays, self._length, begin, end))
 
 
 def _address(array: FloatArray) -> int:
@@ -98,4 +99,4 @@ def _address(array: FloatArray) -> int:
     """
     if array.dtype.char != "d":
         raise ValueError(f"numbers are {array.dtype}, not float64")
-    return ctypes.addressof(ctypes.c_double.from_buffer(array))
+    return ctypes.addressof(ctypes.c_double.from_buffer(array.data))

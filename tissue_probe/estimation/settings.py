@@ -6,11 +6,28 @@ from typing import Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
-from tissue_probe.physics.rigs import OWN, RIGS, Live, named
+from tissue_probe.physics.rigs import OWN, RIGS, FilteredRig, name_rigs
 
 
-def _setting(default: Any, unit: str, description: str, **bounds: float) -> Any:
-    return Field(default, description=description, json_schema_extra={"unit": unit}, **bounds)
+def _setting(
+    default: Any,
+    unit: str,
+    description: str,
+    *,
+    gt: float | None = None,
+    ge: float | None = None,
+    lt: float | None = None,
+    le: float | None = None,
+) -> Any:
+    return Field(
+        default=default,
+        description=description,
+        json_schema_extra={"unit": unit},
+        gt=gt,
+        ge=ge,
+        lt=lt,
+        le=le,
+    )
 
 
 def _tolerance(name: str, of: str) -> Any:
@@ -34,7 +51,7 @@ def _own_tolerances() -> dict[str, float]:
 
 OWN_TOLERANCES = _own_tolerances()
 #: Names of the rigs whose samples filters take.
-FILTERED = [rig.name for rig in RIGS.values() if rig.live is not Live.no]
+
 #: Fastest rate of the tip's motion that the exact step follows [1/s]. Then it divides a second of
 #: samples into a million parts, for which a filter on sigma points needs about that second.
 FASTEST = 3e5
@@ -84,7 +101,7 @@ class EstimatorSettings(BaseModel):
         ge=0,
         le=1e-3,
     )
-    rig: Literal[tuple(FILTERED)] = _setting(
+    rig: FilteredRig = _setting(
         OWN.name,
         "",
         "How the coil moves the tip: through a load cell that yields, or rigidly, so that the "
@@ -185,7 +202,7 @@ class EstimatorSettings(BaseModel):
                     f"{name}_maximum, {high:g} {unit}: estimates are held within these"
                 )
         if not RIGS[self.rig].tip_is_position and self.tip_mass == 0.0:
-            led = named(lambda rig: rig.tip_is_position)
+            led = name_rigs(lambda rig: rig.tip_is_position)
             raise ValueError(f"tip_mass is 0 kg; only the tip of rig {led} may have no mass")
         if too_fast := self.too_fast():
             raise ValueError(too_fast)
@@ -204,7 +221,8 @@ class EstimatorSettings(BaseModel):
     @classmethod
     def unit(cls, name: str) -> str:
         """Return the unit of a setting."""
-        return cls.model_fields[name].json_schema_extra["unit"]
+        extra = cls.model_fields[name].json_schema_extra
+        return str(extra["unit"]) if isinstance(extra, dict) else ""
 
     def too_fast(self) -> str:
         """Say why the exact step cannot follow the tip; nothing where it can.
@@ -218,10 +236,10 @@ class EstimatorSettings(BaseModel):
         parts = {name: self._parts(name) for name in ("stiffness", "damping")}
         rates = {name: sum(part.values()) / self.tip_mass for name, part in parts.items()}
         rates["stiffness"] **= 0.5
-        name = max(rates, key=rates.get)
+        name = max(rates, key=rates.__getitem__)
         if rates[name] <= FASTEST:
             return ""
-        largest = max(parts[name], key=parts[name].get)
+        largest = max(parts[name], key=parts[name].__getitem__)
         return (
             f"tip_mass is {self.tip_mass:g} kg and {largest} {getattr(self, largest):g} "
             f"{self.unit(largest)}: the tip would move at {rates[name]:.2g} 1/s, and no filter "

@@ -1,13 +1,24 @@
 """Unscented Kalman filter (paper, section III-C)."""
 
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
 from tissue_probe.estimation.ekf import EXTRA, FOLLOWS, update, weigh
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    import sympy as sp
+
+    from tissue_probe.estimation.equations import Filter
 
 __all__ = ["EXTRA", "FOLLOWS", "predict", "update", "weigh"]
 
 KAPPA = 2
 
 
-def predict(filter):
+def predict(filter: Filter) -> None:
     """Send 2n + 1 sigma points through the step: eqs. 29-36.
 
     Eqs. 30 and 31 need the square root of the covariance where they print its eigenvalues; the
@@ -36,7 +47,7 @@ def predict(filter):
     filter.assign(mean, sum_of(weights, squares) + filter.Q)
 
 
-def sum_of(weights, terms):
+def sum_of(weights: Sequence[float], terms: Sequence[sp.Matrix]) -> sp.Matrix:
     """Return the weighted sum of matrices."""
     total = weights[0] * terms[0]
     for weight, term in zip(weights[1:], terms[1:], strict=True):

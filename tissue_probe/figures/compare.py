@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -29,11 +30,11 @@ RASTERISED = 5000  # samples from which on a line in an SVG is stored as an imag
 
 # Okabe and Ito's colours, told apart by every eye.
 _BLUE, _VERMILION, _ORANGE = "#0072B2", "#D55E00", "#E69F00"
-_MEASURED_STYLE = {"color": "0.6", "linewidth": 3.0, "label": "measured"}
-_PREDICTED = {"color": _BLUE, "linewidth": 1.3, "label": "predicted"}
-_RESIDUAL = {"color": _VERMILION, "linewidth": 0.8, "label": "measured − predicted"}
-_NOISE_BAND = {"color": "0.25", "alpha": 0.35, "linewidth": 0.0, "zorder": 3.0}
-_HERE = {"facecolor": _ORANGE, "alpha": 0.3, "linewidth": 0.0, "zorder": 0.0}
+_MEASURED_STYLE: dict[str, Any] = {"color": "0.6", "linewidth": 3.0, "label": "measured"}
+_PREDICTED: dict[str, Any] = {"color": _BLUE, "linewidth": 1.3, "label": "predicted"}
+_RESIDUAL: dict[str, Any] = {"color": _VERMILION, "linewidth": 0.8, "label": "measured − predicted"}
+_NOISE_BAND: dict[str, Any] = {"color": "0.25", "alpha": 0.35, "linewidth": 0.0, "zorder": 3.0}
+_HERE: dict[str, Any] = {"facecolor": _ORANGE, "alpha": 0.3, "linewidth": 0.0, "zorder": 0.0}
 _PHASES = {-180.0: "out", -90.0: "going in", 0.0: "deepest", 90.0: "coming out", 180.0: "out"}
 
 
@@ -104,7 +105,7 @@ def draw_comparison(
     rows = figure.add_gridspec(4, 1, height_ratios=(1.0, 0.8, 1.1, 1.1), hspace=0.06)
     shown = Comparison(time, measured, predicted, localisation, noise, output)
     _draw_signals(figure, rows[:2], shown)
-    panels = rows[2:].subgridspec(2, 3).subplots(sharey=True)
+    panels = rows[2:].subgridspec(2, 3).subplots(sharey=True, squeeze=False)
     for axes, profile in zip(panels.flat, localisation.profiles, strict=True):
         draw_profile(axes, profile, noise)
         bold = "bold" if profile is localisation.here else None
@@ -112,8 +113,8 @@ def draw_comparison(
     for axes in panels[:, 0]:
         axes.set_ylabel(WHITENED)
     scale_profiles(panels[0, 0], localisation.profiles, noise)
-    used = slice(None) if used is None else used
-    title = _title(measured[used], predicted[used], localisation, noise, output)
+    taken = slice(None) if used is None else used
+    title = _title(measured[taken], predicted[taken], localisation, noise, output)
     figure.suptitle(f"{name}\n{title}" if name else title, fontsize=13)
     return figure
 
@@ -136,10 +137,11 @@ def _title(
 
 
 def _draw_signals(figure: Figure, place: SubplotSpec, shown: Comparison) -> None:
-    panels = place.subgridspec(2, 2, width_ratios=(2, 1)).subplots(sharex="col", sharey="row")
+    parts = place.subgridspec(2, 2, width_ratios=(2, 1))
+    panels = parts.subplots(sharex="col", sharey="row", squeeze=False)
     magnified = zoom(shown)
-    draw_stretch(panels[:, 0], shown, slice(None))
-    draw_stretch(panels[:, 1], shown, magnified)
+    draw_stretch(panels[:, 0].tolist(), shown, slice(None))
+    draw_stretch(panels[:, 1].tolist(), shown, magnified)
     for axes in panels[:, 0]:
         begin, end = shown.time[magnified][[0, -1]]
         axes.axvspan(begin, end, color="0.9", zorder=0.0)
@@ -164,7 +166,7 @@ def draw_stretch(panels: Sequence[Axes], shown: Comparison, span: slice) -> None
     """
     above, below = panels
     time, output = shown.time[span], shown.output
-    style = {"rasterized": time.size > RASTERISED}
+    style: dict[str, Any] = {"rasterized": time.size > RASTERISED}
     above.plot(time, output.per_drawn * shown.measured[span], **_MEASURED_STYLE, **style)
     above.plot(time, output.per_drawn * shown.predicted[span], **_PREDICTED, **style)
     below.plot(time, output.per_small * shown.residual[span], **_RESIDUAL, **style)

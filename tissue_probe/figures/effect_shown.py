@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 from matplotlib.figure import Figure
 
@@ -10,9 +11,9 @@ from tissue_probe.figures.shown_figure import ShownFigure
 from tissue_probe.signals import FloatArray
 
 # Okabe and Ito's colours, told apart by every eye.
-_WITHOUT = {"color": "0.6", "linewidth": 3.0, "label": "without"}
-_WITH = {"color": "#0072B2", "linewidth": 1.1, "label": "with"}
-_LEFT = {"color": "#D55E00", "linewidth": 0.9}
+_WITHOUT: dict[str, Any] = {"color": "0.6", "linewidth": 3.0, "label": "without"}
+_WITH: dict[str, Any] = {"color": "#0072B2", "linewidth": 1.1, "label": "with"}
+_LEFT: dict[str, Any] = {"color": "#D55E00", "linewidth": 0.9}
 #: Fixed: to fit them to the labels takes three times as long as to draw.
 _MARGINS = {"left": 0.1, "right": 0.98, "bottom": 0.09, "top": 0.98, "hspace": 0.06, "wspace": 0.05}
 

@@ -8,6 +8,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import cycle
+from typing import Any, overload
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -32,15 +33,15 @@ STARTUP_WIDTH = 0.4  # width of a line before the filter has converged, over its
 LABELLED_SITES = 25  # more numbers do not fit side by side
 
 # Okabe and Ito's colours, told apart by every eye; the dashes part filters that agree.
-_FILTER_STYLES = (
+_FILTER_STYLES: tuple[dict[str, Any], ...] = (
     {"color": "#0072B2", "linestyle": "-", "linewidth": 2.2},
     {"color": "#E69F00", "linestyle": (0, (5, 2)), "linewidth": 1.6},
     {"color": "#009E73", "linestyle": (0, (2, 1.5)), "linewidth": 1.6},
     {"color": "#CC79A7", "linestyle": "-.", "linewidth": 1.4},
     {"color": "#56B4E9", "linestyle": (0, (1, 1)), "linewidth": 1.4},
 )
-_MEASURED_LINE = {"color": "0.65", "linewidth": 4.0, "label": "measured"}
-_TRUTH = {"color": "black", "linestyle": ":", "linewidth": 1.6}
+_MEASURED_LINE: dict[str, Any] = {"color": "0.65", "linewidth": 4.0, "label": "measured"}
+_TRUTH: dict[str, Any] = {"color": "black", "linestyle": ":", "linewidth": 1.6}
 
 
 @dataclass(frozen=True)
@@ -53,6 +54,10 @@ class _Span:
     def holds(self, stamps: IntArray) -> NDArray[np.bool_]:
         return (stamps >= self.begin) & (stamps < self.end)
 
+    @overload
+    def seconds(self, stamps: int) -> float: ...
+    @overload
+    def seconds(self, stamps: IntArray) -> FloatArray: ...
     def seconds(self, stamps: IntArray | int) -> FloatArray | float:
         """Tell times in seconds after the beginning."""
         return (stamps - self.begin) / NANOSECONDS
@@ -132,7 +137,9 @@ def _dwells(recording: Recording, truth: FloatArray | None) -> list[_Dwell]:
     if not recording.blocks:
         raise ValueError("the recording holds no samples; there is nothing to draw")
     announced = recording.dwells() if recording.sites else ()
-    stays = [(site.site, _Span(site.stamp, end)) for site, end in announced]
+    stays: list[tuple[int | None, _Span]] = [
+        (site.site, _Span(site.stamp, end)) for site, end in announced
+    ]
     stays = stays or [(None, _Span(recording.blocks[0].stamp, recording.blocks[-1].end))]
     known = np.full((len(stays), 2), np.nan) if truth is None else np.asarray(truth)
     if known.shape != (len(stays), 2):
@@ -182,8 +189,8 @@ def _draw_parameter(
             continue
         ends = [span.seconds(dwell.span.begin), span.seconds(dwell.span.end)]
         axes.plot(ends, [dwell.truth[name]] * 2, label="true", **_TRUTH)
-    known = (Status.CONVERGED, Status.DISTURBED)
-    converged = [getattr(each, name)[np.isin(each.status, known)] for each in estimates]
+    settled_at = (Status.CONVERGED, Status.DISTURBED)
+    converged = [getattr(each, name)[np.isin(each.status, settled_at)] for each in estimates]
     known = np.concatenate([*converged, [dwell.truth[name] for dwell in dwells]])
     if np.isfinite(known).any():
         axes.set_ylim(*_limits(known, stray=0.1))
@@ -258,7 +265,7 @@ def _mark_dwells(column: Sequence[Axes], span: _Span, dwells: Sequence[_Dwell]) 
     numbers.tick_params(length=0.0)
 
 
-def _label(figure: Figure, panels: NDArray) -> None:
+def _label(figure: Figure, panels: NDArray[Any]) -> None:
     names = ("stiffness k [N/m]", "damping β [N s/m]", "covariance trace, mixed units", "force [N]")
     for axes, name in zip(panels[:, 0], names, strict=True):
         axes.set_ylabel(name)

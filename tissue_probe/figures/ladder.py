@@ -8,6 +8,7 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -27,7 +28,7 @@ HEAD = 24.0  # points above the axes that the legend takes
 MARKS_APART = 0.9  # quotient of two errors from which on their marks lie on one another
 
 # Okabe and Ito's colours, told apart by every eye; marks and dashes tell them apart in grey.
-_TRAINING = {
+_TRAINING: dict[str, Any] = {
     "color": "#E69F00",
     "marker": "s",
     "linestyle": "--",
@@ -35,8 +36,8 @@ _TRAINING = {
     "markerfacecolor": "none",
     "markeredgewidth": 1.8,
 }
-_HELDOUT = {"color": "#0072B2", "marker": "o", "linestyle": "-", "markersize": 9}
-_NOISE = {"color": "black", "linestyle": ":", "linewidth": 1.6}
+_HELDOUT: dict[str, Any] = {"color": "#0072B2", "marker": "o", "linestyle": "-", "markersize": 9}
+_NOISE: dict[str, Any] = {"color": "black", "linestyle": ":", "linewidth": 1.6}
 
 
 @dataclass(frozen=True)

@@ -6,6 +6,7 @@ Contents: how a map looks.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -17,7 +18,7 @@ from matplotlib.patheffects import withStroke
 from matplotlib.ticker import MaxNLocator
 
 from tissue_probe.figures.shown_figure import ShownFigure
-from tissue_probe.mapping.posterior.hidden import LARGEST_RADIUS
+from tissue_probe.mapping.posterior.hidden import LARGEST_HIDDEN
 from tissue_probe.mapping.posterior.results import Inclusion, PosteriorMap, Raster
 from tissue_probe.mapping.sites import Sites
 from tissue_probe.signals import FloatArray
@@ -31,8 +32,16 @@ BESIDE_SITES = 3.0  # mm, of the unknown tissue around the map
 DRAWN_FROM = 0.5
 
 # White on black is seen on every colour of the map.
-_OUTLINED = {"color": "white", "path_effects": [withStroke(linewidth=3.5, foreground="black")]}
-_UNKNOWN = {"facecolor": "0.92", "edgecolor": "0.6", "hatch": "///", "linewidth": 0.0}
+_OUTLINED: dict[str, Any] = {
+    "color": "white",
+    "path_effects": [withStroke(linewidth=3.5, foreground="black")],
+}
+_UNKNOWN: dict[str, Any] = {
+    "facecolor": "0.92",
+    "edgecolor": "0.6",
+    "hatch": "///",
+    "linewidth": 0.0,
+}
 _BOUNDARY_STYLES = {"boundary_50": "-", "boundary_95": ":"}
 
 
@@ -63,8 +72,8 @@ def draw_map(
         (
             f"could hide, {contrast} times stiffer: radius [mm]",
             hide,
-            np.where(np.isnan(hide.radius), LARGEST_RADIUS, MILLIMETRES * hide.radius),
-            (0.0, LARGEST_RADIUS),
+            np.where(np.isnan(hide.radius), LARGEST_HIDDEN, MILLIMETRES * hide.radius),
+            (0.0, LARGEST_HIDDEN),
             "cividis",
         ),
     )
@@ -163,8 +172,8 @@ def _legend(
     nodules: Sequence[tuple[float, float, float]],
 ) -> list[Line2D | Patch]:
     """Return one handle for each kind of mark that is drawn."""
-    dot = {"linestyle": "none", "color": "white", "markeredgecolor": "black"}
-    entries = [
+    dot: dict[str, Any] = {"linestyle": "none", "color": "white", "markeredgecolor": "black"}
+    entries: list[tuple[bool | np.bool_, Line2D | Patch]] = [
         (sites.felt.any(), Line2D([], [], marker=".", markersize=8, label="site measured", **dot)),
         (
             (~sites.felt).any(),

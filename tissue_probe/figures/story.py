@@ -8,11 +8,13 @@ from __future__ import annotations
 import textwrap
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.gridspec import SubplotSpec
+from matplotlib.layout_engine import ConstrainedLayoutEngine
 from matplotlib.patches import Patch
 from matplotlib.ticker import LogFormatter
 
@@ -39,13 +41,14 @@ LOGARITHMIC_FROM = 10.0  # quotient of errors from which on their axis is logari
 
 # Okabe and Ito's colours, told apart by every eye; hatches tell them apart in grey.
 _BLUE, _VERMILION = "#0072B2", "#D55E00"
-_CHOSEN, _TRIED = {"facecolor": _BLUE}, {"facecolor": "0.78"}
-_TIED = {"hatch": "///", "edgecolor": "white", "linewidth": 0.0}
-_BASE = {"color": _VERMILION, "linestyle": "--", "linewidth": 1.6}
-_NOISE = {"color": "black", "linestyle": ":", "linewidth": 1.6}
+_CHOSEN: dict[str, Any] = {"facecolor": _BLUE}
+_TRIED: dict[str, Any] = {"facecolor": "0.78"}
+_TIED: dict[str, Any] = {"hatch": "///", "edgecolor": "white", "linewidth": 0.0}
+_BASE: dict[str, Any] = {"color": _VERMILION, "linestyle": "--", "linewidth": 1.6}
+_NOISE: dict[str, Any] = {"color": "black", "linestyle": ":", "linewidth": 1.6}
 #: Behind a number, so that no line is seen through it.
-_BLANK = {"facecolor": "white", "edgecolor": "none", "boxstyle": "square,pad=0.1"}
-_HEADING = {"loc": "left", "fontsize": 11, "fontweight": "bold"}
+_BLANK: dict[str, Any] = {"facecolor": "white", "edgecolor": "none", "boxstyle": "square,pad=0.1"}
+_HEADING: dict[str, Any] = {"loc": "left", "fontsize": 11, "fontweight": "bold"}
 
 
 @dataclass(frozen=True)
@@ -92,8 +95,8 @@ def draw_story(
     """
     beside = bool(ranking) and len(rungs.models) <= MODELS_BESIDE
     rows = 2 if beside or not ranking else 3
-    figure = ShownFigure(figsize=(STORY_WIDTH, 4.2 * rows), layout="constrained")
-    figure.get_layout_engine().set(hspace=0.06, wspace=0.04, h_pad=0.06, w_pad=0.06)
+    layout = ConstrainedLayoutEngine(hspace=0.06, wspace=0.04, h_pad=0.06, w_pad=0.06)
+    figure = ShownFigure(figsize=(STORY_WIDTH, 4.2 * rows), layout=layout)
     grid = figure.add_gridspec(rows, 2, height_ratios=(1.2, *(rows - 1) * (1.0,)))
     _draw_base(figure, grid[0, :], base, rungs.models[0], name)
     if ranking:
@@ -109,8 +112,9 @@ def draw_story(
 
 
 def _draw_base(figure: Figure, place: SubplotSpec, base: Comparison, model: str, name: str) -> None:
-    left, right = place.subgridspec(1, 2, width_ratios=(2, 1))
-    panels = left.subgridspec(2, 1, height_ratios=(3, 2)).subplots(sharex=True)
+    parts = place.subgridspec(1, 2, width_ratios=(2, 1))
+    stretch = parts[0].subgridspec(2, 1, height_ratios=(3, 2))
+    panels = stretch.subplots(sharex=True, squeeze=False)[:, 0].tolist()
     draw_stretch(panels, base, zoom(base))
     for axes, room in zip(panels, (0.3, 0.45), strict=True):
         add_legend(axes, room)
@@ -119,7 +123,7 @@ def _draw_base(figure: Figure, place: SubplotSpec, base: Comparison, model: str,
     panels[0].set_title(f"1  The base model: {model}", **_HEADING)
     here = base.localisation.here
     profile = here or base.localisation.profiles[0]
-    axes = figure.add_subplot(right)
+    axes = figure.add_subplot(parts[1])
     draw_profile(axes, profile, base.noise)
     scale_profiles(axes, [profile], base.noise)
     axes.set(xlabel=describe_axis(profile), ylabel=WHITENED)

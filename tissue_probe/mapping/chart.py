@@ -15,12 +15,12 @@ from scipy.linalg import orthogonal_procrustes
 from scipy.spatial import Delaunay, QhullError
 from scipy.spatial.distance import pdist, squareform
 
-from tissue_probe.alike import Alike
 from tissue_probe.errors import ParameterError
+from tissue_probe.likeness import Alike
 from tissue_probe.mapping.height import height_over
 from tissue_probe.mapping.lift import Lift
 from tissue_probe.mapping.posterior.domain import TIP
-from tissue_probe.mapping.posterior.sampled import FORM_ERROR
+from tissue_probe.mapping.posterior.posterior_sample import FORM_ERROR
 from tissue_probe.mapping.sites import Sites
 from tissue_probe.signals import FloatArray
 

@@ -22,7 +22,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from tissue_probe.mapping.palpated import PalpatedSites, Place, place_of
+from tissue_probe.mapping.palpated_sites import PalpatedSites, Place, place_of
 from tissue_probe.mapping.site_result import SiteResult
 from tissue_probe.mapping.stiffness_map import StiffnessMapData
 from tissue_probe.mapping.verdict import USABLE, Verdict, verdict_of
@@ -78,10 +78,11 @@ def inverse_variance_weights(variance: FloatArray) -> FloatArray:
         Positive and finite, in any one unit.
     """
     relative = variance.min() / variance  # never overflows, as 1 / variance could
-    return relative / relative.sum()
+    found: FloatArray = relative / relative.sum()
+    return found
 
 
-def fused_stddev(weights: FloatArray, values: FloatArray, variance: FloatArray) -> float:
+def fuse_stddev(weights: FloatArray, values: FloatArray, variance: FloatArray) -> float:
     """Return the standard deviation of the weighted mean of several estimators' values.
 
     sigma^2 = (sum_i w_i sigma_i)^2 + sum_i w_i (v_i - mean)^2. The first part is the bound for
@@ -293,6 +294,7 @@ class MapBuilder:
     def take_up(self, dwell: Dwell) -> None:
         """Take a dwell that has ended with all that was found in it, as if it came now."""
         begun = self.announce(dwell.site)
+        assert begun is not None, "a site that begins a dwell begins one"
         self.announce(
             replace(dwell.site, stamp=dwell.until, phase=Phase.LIFTED, leaving=dwell.leaving)
         )
@@ -357,7 +359,7 @@ class MapBuilder:
         """Return the map as known now, each cell fused over its estimators.
 
         Stiffness and damping are averaged by inverse variance, each by its own; the covariance
-        trace with the weights of the stiffness. For the standard deviations see ``fused_stddev``.
+        trace with the weights of the stiffness. For the standard deviations see ``fuse_stddev``.
 
         Raises
         ------
@@ -380,22 +382,30 @@ class MapBuilder:
             usable = [each.estimate for each in last.values() if each.is_usable]
             if usable:
                 layers[(slice(None), *cell)] = _fuse(usable)
-        return StiffnessMapData(grid, stamp, *layers, verdicts, begins)
+        k, beta, trace, k_stddev, beta_stddev = layers
+        return StiffnessMapData(
+            grid, stamp, k, beta, trace, k_stddev, beta_stddev, verdicts, begins
+        )
 
 
 def _result(dwell: Dwell, repeat: int) -> SiteResult:
     last = dwell.last()
     usable = [each.estimate for each in last.values() if each.is_usable]
-    values = tuple(map(float, _fuse(usable))) if usable else (math.nan,) * 5
+    values = map(float, _fuse(usable) if usable else (math.nan,) * 5)
+    stiffness, damping, trace, stiffness_stddev, damping_stddev = values
     site = dwell.site
-    position = tuple(map(float, site.position))
+    x, y, z = map(float, site.position)
     return SiteResult(
         site.site,
         repeat,
         site.stamp,
-        position,
+        (x, y, z),
         site.normal,
-        *values,
+        stiffness,
+        damping,
+        trace,
+        stiffness_stddev,
+        damping_stddev,
         dwell.verdict(),
         dwell.leaving,
     )
@@ -425,8 +435,10 @@ def _known_end(dwell: Dwell) -> int:
 def _begins(estimates: TissueEstimates) -> IntArray:
     """Return the stamps at which another run of samples begins, ascending [ns since the epoch]."""
     order = np.argsort(estimates.stamp, kind="stable")
-    stamp, step = estimates.stamp[order], np.diff(estimates.sequence[order].astype(np.int64))
-    gap = np.diff(stamp)
+    stamp = estimates.stamp[order]
+    sequence = estimates.sequence[order].astype(np.int64)
+    step = sequence[1:] - sequence[:-1]
+    gap = stamp[1:] - stamp[:-1]
     usual = np.concatenate([gap[:1], gap[:-1]])
     return stamp[1:][begin_anew(gap, usual, step)]
 
@@ -445,6 +457,6 @@ def _fuse(estimates: list[Estimate]) -> tuple[float, float, float, float, float]
         stiffness_weights @ stiffness,
         damping_weights @ damping,
         stiffness_weights @ trace,
-        fused_stddev(stiffness_weights, stiffness, stiffness_variance),
-        fused_stddev(damping_weights, damping, damping_variance),
+        fuse_stddev(stiffness_weights, stiffness, stiffness_variance),
+        fuse_stddev(damping_weights, damping, damping_variance),
     )

@@ -99,12 +99,12 @@ class Grid:
     @property
     def x(self) -> FloatArray:
         """Position x of each column [m], shape (columns,)."""
-        return self.origin[0] + self.spacing * np.arange(self.columns)
+        return self.origin[0] + self.spacing * np.arange(self.columns, dtype=float)
 
     @property
     def y(self) -> FloatArray:
         """Position y of each row [m], shape (rows,)."""
-        return self.origin[1] + self.spacing * np.arange(self.rows)
+        return self.origin[1] + self.spacing * np.arange(self.rows, dtype=float)
 
     def cell(self, site: int) -> tuple[int, int]:
         """Return (row, column) of a site; IndexError if the grid has no such site."""

@@ -21,18 +21,18 @@ import math
 
 import numpy as np
 
-from tissue_probe.mapping.fusion import Estimate, fused_stddev, inverse_variance_weights
+from tissue_probe.mapping.fusion import Estimate, fuse_stddev, inverse_variance_weights
 from tissue_probe.signals import NANOSECONDS, FloatArray, SampleBlock, Status
 
 #: Two standard deviations relative to the stiffness.
-EXACT = 0.01
+EXACT_STIFFNESS = 0.01
 #: A motion has turned when it has come back by a tenth of its extent: less is a sensor's noise.
 _TURNED = 0.1
 #: A filter that was silent for longer has not spoken of late [ns]: ten blocks of samples.
 _LATE = 50_000_000
 
 
-class Told:
+class DwellEvidence:
     """What was heard in one dwell, and whether that is enough.
 
     Parameters
@@ -89,8 +89,8 @@ class Told:
             )
         value, variance = np.array(values), np.array(variances)
         weights = inverse_variance_weights(variance)
-        error = fused_stddev(weights, value, variance)
-        return newest + 1 if 2.0 * error <= EXACT * abs(float(weights @ value)) else None
+        error = fuse_stddev(weights, value, variance)
+        return newest + 1 if 2.0 * error <= EXACT_STIFFNESS * abs(float(weights @ value)) else None
 
 
 def period(position: FloatArray) -> int | None:

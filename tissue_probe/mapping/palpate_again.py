@@ -8,7 +8,7 @@ from __future__ import annotations
 import numpy as np
 
 from tissue_probe.mapping.chart import Chart
-from tissue_probe.mapping.posterior.sampled import Sampled
+from tissue_probe.mapping.posterior.posterior_sample import Sampled
 from tissue_probe.mapping.sites import Sites
 
 _MM = 1e3

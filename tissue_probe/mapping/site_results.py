@@ -11,6 +11,7 @@ from __future__ import annotations
 import json
 from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 
 from tissue_probe.mapping.fusion import Dwell, Estimate, Judged
 from tissue_probe.signals import Leaving, PalpationSite, Phase, sound_normal
@@ -77,9 +78,10 @@ def _line(announced: int, dwell: Dwell) -> str:
     return json.dumps(content) + "\n"
 
 
-def _dwell(content: dict) -> tuple[int, Dwell]:
+def _dwell(content: dict[str, Any]) -> tuple[int, Dwell]:
     x, y, z = map(float, content["position"])
-    normal = sound_normal(tuple(map(float, content["normal"])))
+    across, along, up = map(float, content["normal"])
+    normal = sound_normal((across, along, up))
     begin, number = int(content["begin"]), int(content["site"])
     site = PalpationSite(begin, number, (x, y, z), Phase.DWELL, normal=normal)
     dwell = Dwell(site)

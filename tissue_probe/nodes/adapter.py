@@ -23,9 +23,9 @@ from tissue_probe.nodes.parameters import declare, read
 from tissue_probe.nodes.process import run
 from tissue_probe.nodes.qos import BLOCKS, PER_SAMPLE
 from tissue_probe.nodes.timers import every
-from tissue_probe.recording.clocks.channel import Channel, Fault
+from tissue_probe.recording.clocks.channel import Fault, MessageChannel
 from tissue_probe.recording.robot.adapter import Adapter
-from tissue_probe.recording.robot.settings import RobotSettings
+from tissue_probe.recording.robot.settings import RobotDescription
 from tissue_probe.settings import setting
 from tissue_probe.signals import LONGEST_SILENCE, NANOSECONDS
 from tissue_probe_msgs.msg import ProbeSamples
@@ -41,7 +41,7 @@ OFF_RATE = 0.2
 LOG_AGAIN = 10.0
 
 
-class AdapterSettings(RobotSettings):
+class AdapterSettings(RobotDescription):
     """The node's settings beside those of the robot."""
 
     frame_id: str = setting("probe", "", "frame of the samples")
@@ -58,7 +58,7 @@ class Heard:
         The faults since it was last examined, a sentence for each kind.
     """
 
-    def __init__(self, channel: Channel, hearing: Hearing, rate: float) -> None:
+    def __init__(self, channel: MessageChannel, hearing: Hearing, rate: float) -> None:
         self.channel = channel
         self._hearing = hearing
         self._stated = rate

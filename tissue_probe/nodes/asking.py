@@ -136,7 +136,7 @@ def change_state(node: Node, target: str, transition: int, wait: Wait) -> bool:
             return bool(question.answer().success)
     finally:
         node.destroy_client(client)
-    return state_of(node, target, wait) == ENDS_IN[transition]
+    return bool(state_of(node, target, wait) == ENDS_IN[transition])
 
 
 def state_of(node: Node, target: str, wait: Wait) -> int:

@@ -36,7 +36,7 @@ def to_time(stamp: int) -> Time:
 
 def from_time(time: Time) -> int:
     """Return a ROS time in nanoseconds since the epoch."""
-    return time.sec * NANOSECONDS + time.nanosec
+    return int(time.sec * NANOSECONDS + time.nanosec)
 
 
 def samples_to_message(block: SampleBlock, frame_id: str) -> msg.ProbeSamples:
@@ -165,6 +165,6 @@ def cloud_message(header: Header, points: FloatArray, names: list[str]) -> Point
     )
 
 
-def _doubles(values: FloatArray) -> array.array:
+def _doubles(values: FloatArray) -> array.array[float]:
     """Return an array that rclpy takes over without looking at each value."""
     return array.array("d", values.tobytes())

@@ -29,6 +29,9 @@ class DecisionProcess:
         self._process = subprocess.Popen(
             [sys.executable, "-m", _MODULE], stdin=subprocess.PIPE, stdout=subprocess.PIPE
         )
+        assert self._process.stdin is not None
+        assert self._process.stdout is not None
+        self._questions, self._answers = self._process.stdin, self._process.stdout
         lower_priority(self._process.pid)
         self._asked: dict[int, Future[Any]] = {}
         self._number = 0
@@ -46,8 +49,8 @@ class DecisionProcess:
                 return future
             self._asked[self._number] = future
         try:
-            pickle.dump((self._number, function, arguments, named), self._process.stdin)
-            self._process.stdin.flush()
+            pickle.dump((self._number, function, arguments, named), self._questions)
+            self._questions.flush()
         except OSError:
             pass  # it has ended, which is heard in the other thread
         return future
@@ -60,7 +63,7 @@ class DecisionProcess:
     def _hear(self) -> None:
         while True:
             try:
-                number, result, error = pickle.load(self._process.stdout)
+                number, result, error = pickle.load(self._answers)
             except (EOFError, OSError, pickle.UnpicklingError):
                 break
             future = self._asked.pop(number)

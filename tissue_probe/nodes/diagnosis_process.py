@@ -17,7 +17,7 @@ from typing import IO
 from tissue_probe.monitoring.question import Question, Verdict
 from tissue_probe.nodes.low_priority import lower_priority
 
-_MODULE = "tissue_probe.analysis.monitored"
+_MODULE = "tissue_probe.analysis.monitor_worker"
 
 
 class DiagnosisFailed(Exception):
@@ -75,7 +75,8 @@ class DiagnosisProcess:
         answer = pickle.loads(content)
         if isinstance(answer, str):
             raise DiagnosisFailed(answer)
-        return answer
+        found: Verdict | None = answer
+        return found
 
     def close(self) -> None:
         """End it, also within a computation; once is enough."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 import sys
 import threading
 import time
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Literal, NamedTuple, cast
 
 import numpy as np
 from geometry_msgs.msg import PoseStamped
@@ -62,7 +62,10 @@ LATE = 0.05
 class DriverSettings(BaseModel):
     """The driver's own settings, and its device's description."""
 
-    device: Literal[tuple(DEVICES)] = setting("simulated", "", "which probe to run")
+    # Both tables are known when the program runs.
+    device: Literal[tuple(DEVICES)] = setting(  # type: ignore[valid-type]
+        "simulated", "", "which probe to run"
+    )
     block_size: int = setting(10, "", "samples in one message of `samples`", ge=1, le=2000)
     frame_id: str = setting("probe", "", "frame of the samples")
     stage_pose: str = setting(
@@ -87,7 +90,9 @@ class DriverSettings(BaseModel):
 class ExcitationSettings(BaseModel):
     """The excitation; which of the values count depends on its kind."""
 
-    kind: Literal[tuple(EXCITATIONS)] = setting("sine", "", "shape of the coil's command")
+    kind: Literal[tuple(EXCITATIONS)] = setting(  # type: ignore[valid-type]
+        "sine", "", "shape of the coil's command"
+    )
     amplitude: float = setting(0.85, "V", "largest command", ge=0.0, le=10.0)
     frequency: float = setting(10.0, "Hz", "of a sine", ge=0.01, le=100.0)
     start: float = setting(1.0, "Hz", "lowest frequency", ge=0.01, le=100.0)
@@ -113,6 +118,14 @@ class ExcitationSettings(BaseModel):
         return parse_excitation({name: getattr(self, name) for name in names})
 
 
+class _Acquisition(NamedTuple):
+    """What a configured driver has."""
+
+    device: GuardedDevice
+    publisher: SamplePublisher
+    tare: Tare
+
+
 class Driver(SturdyLifecycleNode):
     """Runs one device; unconfigured, inactive or active as a lifecycle node.
 
@@ -125,7 +138,7 @@ class Driver(SturdyLifecycleNode):
     def __init__(self) -> None:
         super().__init__("driver")
         self._created = time.monotonic()
-        self._models = {
+        self._models: dict[str, type[BaseModel]] = {
             "": DriverSettings,
             "limits.": Limits,
             "excitation.": ExcitationSettings,
@@ -191,7 +204,7 @@ class Driver(SturdyLifecycleNode):
             self.get_logger().error(f"cannot configure: {error}")
             return TransitionCallbackReturn.FAILURE
         if settings.device == "simulated":
-            self._simulated = device
+            self._simulated = cast("SimulatedProbe", device)
             self._stage = Inbox(self)
             self._stage_poses = self._stage.subscribe(
                 PoseStamped, settings.stage_pose, POSES, self._on_stage_pose
@@ -205,24 +218,25 @@ class Driver(SturdyLifecycleNode):
     def on_activate(self, state: LifecycleState) -> TransitionCallbackReturn:
         """Start the excitation and the samples; fails if another driver publishes them already."""
         try:
+            device, publisher, tare = self._configured()
             self._refuse_after_fault()
             self._refuse_second_driver()
             excitation = read(self, ExcitationSettings, "excitation.").make()
             self._refuse_deaf_stage()
             self._hear_stage()
-            self._device.start(excitation)
+            device.start(excitation)
         except (SettingsError, DeviceError, LimitExceeded, ValueError) as error:
             self.get_logger().error(f"cannot activate: {error}")
             return TransitionCallbackReturn.FAILURE
         self._stopping.clear()
         self._began = time.monotonic()
-        start = self.get_clock().now().nanoseconds - (time.monotonic_ns() - self._device.started)
-        self._publisher.begin(start, self._device.sample_period)
-        self._tare.begin(start, self._device.sample_period)
+        start = self.get_clock().now().nanoseconds - (time.monotonic_ns() - device.started)
+        publisher.begin(start, device.sample_period)
+        tare.begin(start, device.sample_period)
         self._thread = threading.Thread(target=self._acquire, name="acquisition")
         self._thread.start()
         self.get_logger().info(
-            f"active: {1.0 / self._device.sample_period:g} samples a second, the coil is driven by "
+            f"active: {1.0 / device.sample_period:g} samples a second, the coil is driven by "
             f"{excitation}"
         )
         self._crtk.publish()
@@ -234,7 +248,7 @@ class Driver(SturdyLifecycleNode):
         self._hear_foreign_samples(False)
         self._crtk.publish()
         # The one who deactivates may end this process next.
-        self._publisher.deliver()
+        self._configured().publisher.deliver()
         self.get_logger().info("deactivated: the coil is at zero")
         return TransitionCallbackReturn.SUCCESS
 
@@ -260,7 +274,7 @@ class Driver(SturdyLifecycleNode):
 
     def _acquire(self) -> None:
         """Fetch and publish samples until told to stop; in its own thread."""
-        device, publisher = self._device, self._publisher
+        device, publisher, tare = self._configured()
         self._real_time = {
             "real-time priority": ask_for_priority(),
             "memory locked": ask_for_locked_memory(),
@@ -269,18 +283,18 @@ class Driver(SturdyLifecycleNode):
         self.get_logger().info(told)
         try:
             while not self._stopping.is_set():
-                samples = self._tare.apply(device.read(self._samples_to_read()))
+                samples = tare.apply(device.read(_samples_to_read(device, publisher)))
                 if publisher.add(samples):
                     self._hear_stage()
         except LimitExceeded as exceeded:  # the samples of that moment are worth most
             if exceeded.samples is not None:
-                publisher.add(self._tare.apply(exceeded.samples))
+                publisher.add(tare.apply(exceeded.samples))
         except Exception as error:  # after any error the coil must stop and someone must hear
             if self.context.ok():
                 device.trip(str(error) or type(error).__name__)
         finally:
             device.stop()
-            self._tare.end()
+            tare.end()
         if self.context.ok():
             publisher.flush()
 
@@ -325,15 +339,11 @@ class Driver(SturdyLifecycleNode):
         if self._device is not None:
             self._device.change_limits(limits)
 
-    def _samples_to_read(self) -> int:
-        """Return 1 while someone wants each sample at once; else up to the end of a block.
-
-        Waking up costs far more than reading, so it is done only as often as it is of use; and so
-        often that limits are checked in time.
-        """
-        if self._publisher.goes_singly:
-            return self._device.samples_per_read
-        return min(self._publisher.missing, LONGEST_READ)
+    def _configured(self) -> _Acquisition:
+        """Return the parts that ``on_configure`` made."""
+        if self._device is None or self._publisher is None or self._tare is None:
+            raise DeviceError("the driver is not configured")
+        return _Acquisition(self._device, self._publisher, self._tare)
 
     def _hear_stage(self) -> None:
         if self._stage is not None:
@@ -344,7 +354,9 @@ class Driver(SturdyLifecycleNode):
             topic = read(self, DriverSettings).stage_pose
             raise DeviceError(f"where the probe stands is not heard on {topic}: {mismatch}")
 
-    def _on_stage_pose(self, pose: PoseStamped, info: dict) -> None:
+    def _on_stage_pose(self, pose: PoseStamped, info: dict[str, int]) -> None:
+        if self._simulated is None:
+            return
         try:
             self._simulated.place(*place_from_message(pose))
         except ValueError as error:
@@ -456,7 +468,8 @@ class Driver(SturdyLifecycleNode):
             block, _ = samples_from_cdr(data)
         except ValueError:
             return  # which everyone leaves out
-        if self._thread is not None and not self._publisher.is_own(block):
+        publisher = self._publisher
+        if self._thread is not None and publisher is not None and not publisher.is_own(block):
             others = ", ".join(self._other_drivers()) or "another node"
             self._trip(f"{others} began to publish {self._samples_topic()} too")
 
@@ -467,21 +480,22 @@ class Driver(SturdyLifecycleNode):
         if self._interlock.tripped:
             return Health(ERROR, f"{FAULT}: {self._interlock.reason}")
         values: dict[str, object] = {}
-        if self._device is not None:
+        if self._publisher is not None:
             values["subscribers"] = self._publisher.subscribers
             values["samples published"] = self._publisher.published
         if self._thread is None:
             return Health(OK, "not acquiring, the coil is at zero", values)
-        rate, due = self._rate(self._publisher.published), 1.0 / self._device.sample_period
+        device, publisher, _ = self._configured()
+        rate, due = self._rate(publisher.published), 1.0 / device.sample_period
         values["achieved rate [samples/s]"] = f"{rate:.0f}"
         others = self._other_drivers()
         self._hear_foreign_samples(bool(others))
-        lateness = self._device.worst_lateness
+        lateness = device.worst_lateness
         values["worst lateness in the last second [ms]"] = f"{1e3 * lateness:.3f}"
-        values["command [V]"] = f"{self._device.commanded_voltage:.4f}"
+        values["command [V]"] = f"{device.commanded_voltage:.4f}"
         values |= self._real_time
         values["stage poses malformed"] = self._malformed_poses
-        shed = self._told_of_shedding(values)
+        shed = self._told_of_shedding(publisher, values)
         if self._simulated is not None and (recent := self._simulated.recent_lateness).size:
             median, high = np.percentile(recent, (50, 99))
             values["median lateness in the last second [ms]"] = f"{1e3 * median:.3f}"
@@ -493,9 +507,8 @@ class Driver(SturdyLifecycleNode):
             trouble = f"{', '.join(others)} could publish {self._samples_topic()} too"
         return Health(WARN if trouble else OK, trouble or "acquiring", values)
 
-    def _told_of_shedding(self, values: dict[str, object]) -> str:
+    def _told_of_shedding(self, publisher: SamplePublisher, values: dict[str, object]) -> str:
         """Add how single samples go to ``values``; say, here and in the log, if they do not."""
-        publisher = self._publisher
         values["samples not published singly"] = publisher.shed
         values["part of the time that publishing takes"] = f"{publisher.shedding.share:.2f}"
         told = (
@@ -509,6 +522,17 @@ class Driver(SturdyLifecycleNode):
             self.get_logger().info("measured_cp and measured_cf are published again")
         self._shed_told = publisher.shedding.active
         return told if self._shed_told else ""
+
+
+def _samples_to_read(device: GuardedDevice, publisher: SamplePublisher) -> int:
+    """Return 1 while someone wants each sample at once; else up to the end of a block.
+
+    Waking up costs far more than reading, so it is done only as often as it is of use; and so often
+    that limits are checked in time.
+    """
+    if publisher.goes_singly:
+        return device.samples_per_read
+    return min(publisher.missing, LONGEST_READ)
 
 
 def slowness(lateness: float, rate: float, due: float) -> str:

@@ -39,7 +39,10 @@ COMPILING = (
 class EstimatorNodeSettings(BaseModel):
     """The node's settings beside the filter's own."""
 
-    estimator: Literal[tuple(ESTIMATORS)] = setting("ekf", "", "the filter to run")
+    # The table of estimators is known when the program runs.
+    estimator: Literal[tuple(ESTIMATORS)] = setting(  # type: ignore[valid-type]
+        "ekf", "", "the filter to run"
+    )
     restart_at_site: bool = setting(True, "", "forget the tissue when a dwell at a new site begins")
 
 
@@ -79,7 +82,7 @@ class EstimatorNode(Node):
     def hear(self, stream: SampleStream) -> None:
         """Say how it goes with a stream of which this node is a listener."""
         self._stream = stream
-        Diagnostics(self, self._examine)
+        Diagnostics(self, lambda: self._examine(stream))
 
     def _made(self, settings: EstimatorSettings) -> Estimator:
         """Make the filter; where that takes long, say why."""
@@ -121,17 +124,17 @@ class EstimatorNode(Node):
         self._expected = sequence + count
         self.received += count
 
-    def _examine(self) -> Health:
-        if self._stream.failure is not None:
-            raise self._stream.failure
+    def _examine(self, stream: SampleStream) -> Health:
+        if stream.failure is not None:
+            raise stream.failure
         rate = self._rate(self.received)
-        missed = self._missed(self.lost + self._stream.malformed)
+        missed = self._missed(self.lost + stream.malformed)
         values = {
             "subscribers": self._estimates.get_subscription_count(),
-            "publishers": self._stream.publishers(),
+            "publishers": stream.publishers(),
             "samples received": self.received,
             "samples lost": self.lost,
-            "messages malformed": self._stream.malformed,
+            "messages malformed": stream.malformed,
             "achieved rate [samples/s]": f"{rate:.0f}",
             **_convergence(self._latest),
         }
@@ -141,8 +144,8 @@ class EstimatorNode(Node):
             return Health(WARN, "samples or blocks were lost in the last second", values)
         if not rate:
             return Health(STALE, "no samples in the last second", values)
-        if values.get("status") in _DOUBTS:
-            return Health(WARN, _DOUBTS[values["status"]], values)
+        if doubt := _DOUBTS.get(str(values.get("status"))):
+            return Health(WARN, doubt, values)
         return Health(OK, "estimating", values)
 
 

@@ -30,8 +30,8 @@ from tissue_probe_msgs import msg
 from tissue_probe_msgs.action import Explore
 
 if TYPE_CHECKING:
-    from tissue_probe.mapping.exploration.answer import Answer
-    from tissue_probe.mapping.exploration.decision import Decision, Question
+    from tissue_probe.mapping.exploration.answer import SiteAnswer
+    from tissue_probe.mapping.exploration.decision import Decision, SoughtQuestion
 
 #: A robot that misses so many sites in a row, more than there are first ones, does not miss sites:
 #: something holds it.
@@ -47,7 +47,7 @@ class ExploredSites(Source):
         super().__init__(goal.dwell_time or 1.0)
         # Here, since it takes a second to import, and a scan of a grid needs none of it.
         from tissue_probe.mapping.exploration.answer import Sought
-        from tissue_probe.mapping.exploration.decision import Question
+        from tissue_probe.mapping.exploration.decision import SoughtQuestion
 
         if not (goal.most_sites or goal.most_time):
             raise ValueError("no budget is given: give most_sites or most_time")
@@ -56,7 +56,9 @@ class ExploredSites(Source):
         named = {name: getattr(goal, name) for name in Sought.__dataclass_fields__}
         sought = Sought(**{name: value for name, value in named.items() if value})
         within = _polygon(goal.area)
-        self._question: Question = Question(within, tuple(map(_polygon, goal.no_go)), sought)
+        self._question: SoughtQuestion = SoughtQuestion(
+            within, tuple(map(_polygon, goal.no_go)), sought
+        )
         self._surface = ExploredSurface(np.array([(p.x, p.y, p.z) for p in goal.area.points]))
         #: Where each dwell was [m], as ``begins`` has when: the surface that was felt.
         self._felt: list[tuple[float, float, float]] = []
@@ -76,7 +78,7 @@ class ExploredSites(Source):
         self._missed_in_a_row = 0
         self._process: DecisionProcess | None = None
         self._decision: Future[Decision] | None = None
-        self._answer: Answer | None = None
+        self._answer: SiteAnswer | None = None
         self._over = self._why = ""
 
     def prepare(self, wait: Wait) -> None:
@@ -182,7 +184,7 @@ class ExploredSites(Source):
 
         wait(self.is_judged, UNTOLD)
         results = self._results()
-        if any(one.has_value for one in results):
+        if self._process is not None and any(one.has_value for one in results):
             told = self._process.submit(final, sites_of(results), self._question)
             self._answer = self._wait_for(told, wait)
 
@@ -191,7 +193,9 @@ class ExploredSites(Source):
         goal = self._goal
         if goal.most_sites and len(self.visited) + planned >= goal.most_sites:
             return True
-        return bool(goal.most_time) and time.monotonic() - self._began >= goal.most_time
+        if not goal.most_time or self._began is None:
+            return False
+        return bool(time.monotonic() - self._began >= goal.most_time)
 
     def _results(self) -> list[SiteResult]:
         return [*self._earlier, *self._outcomes.of(self.begins)]
@@ -201,7 +205,7 @@ class ExploredSites(Source):
         from tissue_probe.mapping.exploration.decision import decide
 
         results = self._results()
-        if not any(one.has_value for one in results):
+        if self._process is None or not any(one.has_value for one in results):
             self._decision = None
             return
         told = {one.stamp for one in results}
@@ -225,7 +229,8 @@ class ExploredSites(Source):
             why = self._outcomes.unknown(self.begins) or "their results on sites say why"
             raise TissueProbeError(f"none of {len(self.begins)} sites has a value: {why}")
         decided, self._decision = self._wait_for(self._decision, wait), None
-        return decided
+        found: Decision = decided
+        return found
 
     def _wait_for(self, future: Future[Any], wait: Wait) -> Any:
         if not wait(future.done, PATIENCE):

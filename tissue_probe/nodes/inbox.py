@@ -21,7 +21,7 @@ from tissue_probe.nodes.hearing import Hearing
 from tissue_probe.signals import NANOSECONDS
 
 #: Called with a message (its CDR bytes if raw) and rclpy's message info (a dictionary).
-Handler = Callable[[Any, dict], None]
+Handler = Callable[[Any, dict[str, int]], None]
 
 
 class Inbox:

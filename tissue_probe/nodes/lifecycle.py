@@ -14,7 +14,9 @@ class SturdyLifecycleNode(LifecycleNode):
         self, request: ChangeState.Request, response: ChangeState.Response
     ) -> ChangeState.Response:
         try:
-            return super()._LifecycleNodeMixin__on_change_state(request, response)
+            own = super()._LifecycleNodeMixin__on_change_state  # type: ignore[misc]  # is mangled
+            answer: ChangeState.Response = own(request, response)
+            return answer
         except RCLError:
             _, state = self._state_machine.current_state
             wanted = request.transition.label or f"number {request.transition.id}"

@@ -83,7 +83,7 @@ class LivePosterior:
         while True:
             with self._changed:
                 self._changed.wait_for(lambda: self._ended or self._asked is not None)
-                if self._ended:
+                if self._ended or self._asked is None:
                     return
                 results, self._asked = self._asked, None
             try:

@@ -5,8 +5,10 @@ from __future__ import annotations
 import os
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 from rclpy.node import Node
 from sensor_msgs.msg import PointCloud2
 from std_msgs.msg import Header
@@ -109,13 +111,13 @@ class Mapper(Node):
         self._posterior.close()
         super().destroy_node()
 
-    def _on_site(self, message: PalpationSite, info: dict) -> None:
+    def _on_site(self, message: PalpationSite, info: dict[str, int]) -> None:
         try:
             self._map.announce(site_from_message(message), info["source_timestamp"])
         except ValueError as error:
             self._leave_out(f"an announcement is left out: {error}")
 
-    def _on_estimate(self, message: bytes, info: dict) -> None:
+    def _on_estimate(self, message: bytes, info: dict[str, int]) -> None:
         self.received += 1
         try:
             self._map.add_one(*estimate_from_cdr(message))
@@ -183,7 +185,7 @@ class Mapper(Node):
         message = StiffnessMap(header=header, spacing=grid.spacing)
         message.rows, message.columns = grid.shape
         message.origin.x, message.origin.y, message.origin.z = grid.origin
-        layers = {
+        layers: dict[str, NDArray[Any]] = {
             "stiffness": found.stiffness,
             "damping": found.damping,
             "covariance_trace": found.covariance_trace,

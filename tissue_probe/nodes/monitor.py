@@ -106,7 +106,7 @@ class MonitorNode(Node):
         with self._lock:
             block = self._monitor.last()
             response.message = self._why_not(block)
-            if not response.message:
+            if block is not None and not response.message:
                 self._diagnose(block, ModelVerdict.REQUESTED)
                 span = len(block) * block.sample_period
                 response.success = True
@@ -130,7 +130,7 @@ class MonitorNode(Node):
         """Publish a verdict that has come; begin a diagnosis that is due."""
         with self._lock:
             if self._process is not None:
-                self._take_verdict()
+                self._take_verdict(self._process)
             block = self._monitor.last()
             if self._process is None and self._suspect and not self._is_known and block is not None:
                 # Up to a block less may be kept.
@@ -144,14 +144,14 @@ class MonitorNode(Node):
         asked = question(self._monitor.model, block, settings.model, tuple(settings.effects))
         self._process = DiagnosisProcess(asked)
 
-    def _take_verdict(self) -> None:
+    def _take_verdict(self, process: DiagnosisProcess) -> None:
         try:
-            verdict = self._process.verdict()
+            verdict = process.verdict()
         except DiagnosisFailed as error:
             self._process, self._failure = None, str(error)
             self.get_logger().error(f"no verdict: {error}")
             return
-        if verdict is None:
+        if verdict is None or self._of is None:
             return
         self._process = None
         self._latest = verdict.text.partition("\n")[0]

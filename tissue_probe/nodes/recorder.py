@@ -13,6 +13,7 @@ import yaml
 from pydantic import BaseModel
 from rcl_interfaces.msg import ParameterEvent
 from rclpy._rclpy_pybind11 import RCLError
+from rclpy.duration import Duration
 from rclpy.exceptions import NameValidationException
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
@@ -144,7 +145,7 @@ class Recorder(Node):
         except UNUSABLE as error:
             self.get_logger().warning(f"{topic} is not recorded: {error}")
 
-    def _write(self, channel: int, data: bytes, info: dict) -> None:
+    def _write(self, channel: int, data: bytes, info: dict[str, int]) -> None:
         # A foreign sender may give no time, which is negative here, and no time of a recording.
         sent, received = (max(0, info[f"{end}_timestamp"]) for end in ("source", "received"))
         self._writer.write(channel, self._log_time.of(received or sent), sent, data)
@@ -182,13 +183,14 @@ class Recorder(Node):
 
 def _message_type(typename: str) -> type:
     package, _, name = typename.split("/")
-    return getattr(importlib.import_module(f"{package}.msg"), name)
+    found: type = getattr(importlib.import_module(f"{package}.msg"), name)
+    return found
 
 
 def _as_written(qos: QoSProfile) -> dict[str, object]:
     """Return qualities of service in the form that ``ros2 bag`` writes."""
 
-    def seconds(duration) -> dict[str, int]:
+    def seconds(duration: Duration) -> dict[str, int]:
         whole, nanoseconds = divmod(duration.nanoseconds, NANOSECONDS)
         return {"sec": whole, "nsec": nanoseconds}
 

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Collection
+from collections.abc import Callable, Collection, Sequence
 
 from rcl_interfaces.msg import ParameterType, ParameterValue
 from rcl_interfaces.srv import GetParameters, ListParameters
 from rclpy.client import Client
 from rclpy.node import Node
 from rclpy.parameter import parameter_value_to_python
+from rclpy.task import Future
 
 from tissue_probe.nodes.timers import every
 
@@ -86,21 +87,21 @@ class _Question:
             self._node.destroy_client(self._lister)
             self._node.destroy_client(self._getter)
 
-    def _on_names(self, answer) -> None:
+    def _on_names(self, answer: Future) -> None:
         if self._ended:
             return
         names = list(answer.result().result.names)
         values = self._getter.call_async(GetParameters.Request(names=names))
         values.add_done_callback(lambda answer: self._on_values_of(names, answer.result().values))
 
-    def _on_values_of(self, names: list[str], values) -> None:
+    def _on_values_of(self, names: list[str], values: Sequence[ParameterValue]) -> None:
         # Another number of values is the answer of a node that has changed meanwhile, and a type
         # that is none of ROS's that of a stranger: it is asked again.
         if not self._ended and len(values) == len(names) and all(map(_is_known, values)):
             self.end()
-            values = map(parameter_value_to_python, values)
-            self._on_values(self._target, dict(zip(names, values, strict=True)))
+            found = map(parameter_value_to_python, values)
+            self._on_values(self._target, dict(zip(names, found, strict=True)))
 
 
 def _is_known(value: ParameterValue) -> bool:
-    return value.type <= ParameterType.PARAMETER_STRING_ARRAY
+    return bool(value.type <= ParameterType.PARAMETER_STRING_ARRAY)

@@ -8,6 +8,7 @@ from itertools import chain, dropwhile
 from pydantic import BaseModel
 from rclpy.duration import Duration
 from rclpy.node import Node
+from rclpy.publisher import Publisher
 from std_srvs.srv import SetBool
 
 from tissue_probe.nodes.diagnostics import OK, Diagnostics, Health
@@ -70,7 +71,7 @@ class Replay(Node):
         every(INTERVAL, self, self._publish_due)
         Diagnostics(self, self._examine)
 
-    def _make_publishers(self) -> dict:
+    def _make_publishers(self) -> dict[str, Publisher]:
         kinds = {
             SAMPLES: (ProbeSamples, "samples", BLOCKS),
             SITE: (PalpationSite, "palpation_site", ANNOUNCEMENTS),

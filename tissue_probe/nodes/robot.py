@@ -153,7 +153,13 @@ class Robot:
         surface, normal : array, shape (3,)
             A place on the plane [m], and its normal of length 1.
         """
-        return float((self._position - surface) @ normal)
+        return float((self._place() - surface) @ normal)
+
+    def _place(self) -> FloatArray:
+        """Return where the latest pose has the probe [m]; NotMoved where none came."""
+        if self._position is None:
+            raise NotMoved(self._why_no_pose())
+        return self._position
 
     def move(
         self,
@@ -185,7 +191,7 @@ class Robot:
         NotMoved
             If the target is not reached within ``motion_timeout`` after the last setpoint.
         """
-        start = self._position if self._setpoint is None else self._setpoint
+        start = self._place() if self._setpoint is None else self._setpoint
         pacer, step = Pacer(INTERVAL), 0
         speed = speed or self.settings.speed
         for step, position in enumerate(self._way(start, target, speed), start=1):
@@ -195,11 +201,11 @@ class Robot:
                 return True
             self._command(position)
         deadline = time.monotonic() + self.settings.motion_timeout
-        while np.linalg.norm(self._position - target) > self.settings.tolerance:
+        while np.linalg.norm(self._place() - target) > self.settings.tolerance:
             if time.monotonic() > deadline:
                 raise NotMoved(
                     f"the robot {self.name} did not reach {_millimetres(target)} within "
-                    f"{self.settings.motion_timeout:g} s; it is at {_millimetres(self._position)}"
+                    f"{self.settings.motion_timeout:g} s; it is at {_millimetres(self._place())}"
                 )
             step += 1
             pacer.wait_for(step)
@@ -216,7 +222,8 @@ class Robot:
             tick += 1
             pacer.wait_for(tick)
             check()
-            self._command(self._setpoint)
+            if self._setpoint is not None:
+                self._command(self._setpoint)
 
     def lift(self, surface: FloatArray, normal: FloatArray, height: float) -> None:
         """Go along the normal to a height [m] above the surface, and see it there.
@@ -239,7 +246,7 @@ class Robot:
         if self._setpoint is None:
             return
         began = self._own_time()
-        lower_by = height - (self._setpoint - surface) @ normal
+        lower_by = height - float((self._setpoint - surface) @ normal)
         above = self._setpoint + max(lower_by, 0.0) * normal
         pacer, step = Pacer(INTERVAL), 0
         speed = self.settings.speed
@@ -253,7 +260,7 @@ class Robot:
             if time.monotonic() > deadline:
                 raise NotMoved(
                     f"the robot {self.name} was not lifted by {1e3 * height:.2f} mm within "
-                    f"{self.settings.motion_timeout:g} s; it is at {_millimetres(self._position)}"
+                    f"{self.settings.motion_timeout:g} s; it is at {_millimetres(self._place())}"
                 )
             self._command(above)
             step += 1
@@ -262,11 +269,9 @@ class Robot:
     def _is_up(self, surface: FloatArray, normal: FloatArray, height: float, since: float) -> bool:
         """Whether a pose that came later than ``since`` shows the probe at a height [m]."""
         self._inbox.empty()
-        return (
-            self._position is not None
-            and self._heard > since
-            and (self._position - surface) @ normal >= height - self.settings.tolerance
-        )
+        if self._position is None or self._heard <= since:
+            return False
+        return bool((self._position - surface) @ normal >= height - self.settings.tolerance)
 
     def _way(self, start: FloatArray, target: FloatArray, speed: float) -> Iterator[FloatArray]:
         """Yield the setpoints from ``start`` to ``target`` at the speed [m/s], at least one.
@@ -297,7 +302,7 @@ class Robot:
         self._setpoint = position
         self._on_step()
 
-    def _on_pose(self, message: PoseStamped, info: dict) -> None:
+    def _on_pose(self, message: PoseStamped, info: dict[str, int]) -> None:
         try:
             position = np.array(place_from_message(message))
         except ValueError as error:
@@ -308,7 +313,7 @@ class Robot:
         self._position, self._heard = position, self._own_time()
         self._orientation = message.pose.orientation
 
-    def _on_state(self, message: OperatingState, info: dict) -> None:
+    def _on_state(self, message: OperatingState, info: dict[str, int]) -> None:
         if message.state in STATES:
             self._state = message
         else:

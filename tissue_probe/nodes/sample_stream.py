@@ -84,7 +84,7 @@ class SampleStream:
             if self._owner.context.ok():
                 self.failure = error
 
-    def _on_site(self, message: msg.PalpationSite, info: dict) -> None:
+    def _on_site(self, message: msg.PalpationSite, info: dict[str, int]) -> None:
         try:
             site = site_from_message(message)
         except ValueError as error:
@@ -93,7 +93,7 @@ class SampleStream:
         for listener in self._listeners:
             listener.on_site(site)
 
-    def _on_samples(self, message: bytes, info: dict) -> None:
+    def _on_samples(self, message: bytes, info: dict[str, int]) -> None:
         # A restart must be known before the samples that it is for, however many wait here.
         self._inbox.empty(SITES)
         try:

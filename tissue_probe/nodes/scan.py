@@ -22,7 +22,7 @@ from std_srvs.srv import SetBool
 from tissue_probe.devices.limits import PALPATION_LEASE
 from tissue_probe.errors import TissueProbeError
 from tissue_probe.estimation.layout import TEST_TIME
-from tissue_probe.mapping.leaving import Told
+from tissue_probe.mapping.leaving import DwellEvidence
 from tissue_probe.mapping.touch import Touch
 from tissue_probe.nodes.cdr import estimate_from_cdr, samples_from_cdr
 from tissue_probe.nodes.contact import ContactSettings, NotTouched, lower_to_contact
@@ -38,7 +38,14 @@ from tissue_probe.nodes.parameters import declare, follow_changes, read
 from tissue_probe.nodes.process import run
 from tissue_probe.nodes.qos import BLOCKS, SCAN_ANNOUNCEMENTS
 from tissue_probe.nodes.robot import INTERVAL, NotMoved, Robot, RobotSettings
-from tissue_probe.nodes.scan_sources import Choosing, GivenSites, GridSites, Site, Source
+from tissue_probe.nodes.scan_sources import (
+    Choosing,
+    GivenSites,
+    GridSites,
+    Site,
+    Source,
+    SourceKind,
+)
 from tissue_probe.nodes.site_outcomes import SiteOutcomes
 from tissue_probe.settings import setting
 from tissue_probe.signals import NANOSECONDS, FloatArray, Leaving, PalpationSite, Phase
@@ -52,7 +59,7 @@ DELIVERY = 0.5
 #: In the time in which the scan has promised a sign of life it gives so many [-].
 SIGNS = 10
 #: Whose sites a scan may palpate: each has an action of its own.
-SOURCES: tuple[type[Source], ...] = (GridSites, GivenSites, ExploredSites)
+SOURCES: tuple[SourceKind, ...] = (GridSites, GivenSites, ExploredSites)
 
 
 class ScanSettings(ContactSettings, RobotSettings, FusedEstimators, ErringSites):
@@ -126,7 +133,7 @@ class Scan(Node):
         self._forget_samples()
         self._sample_time = 0
         self._paused = threading.Event()
-        self._told: Told | None = None
+        self._told: DwellEvidence | None = None
         self._touch: Touch | None = None
         self._malformed = 0
         self._busy = threading.Lock()
@@ -176,11 +183,11 @@ class Scan(Node):
             self.get_logger().fatal(f"the scan did not end within {ENDING:g} s: look at the probe")
         elif was_scanning and self.context.ok():
             self._sites.wait_for_all_acked(Duration(seconds=DELIVERY))
-            deadline = time.monotonic() + DELIVERY
-            while time.monotonic() < deadline:  # the result is sent by the executor
-                self.executor.spin_once(timeout_sec=INTERVAL)
+            deadline, executor = time.monotonic() + DELIVERY, self.executor
+            while executor is not None and time.monotonic() < deadline:  # it sends the result
+                executor.spin_once(timeout_sec=INTERVAL)
 
-    def _on_samples(self, message: bytes, info: dict) -> None:
+    def _on_samples(self, message: bytes, info: dict[str, int]) -> None:
         try:
             block, _ = samples_from_cdr(message)
         except ValueError as error:
@@ -193,7 +200,7 @@ class Scan(Node):
         if self._touch is not None:
             self._touch.add_samples(block)
 
-    def _on_estimate(self, message: bytes, info: dict) -> None:
+    def _on_estimate(self, message: bytes, info: dict[str, int]) -> None:
         if self._told is None:
             return
         try:
@@ -213,7 +220,7 @@ class Scan(Node):
         response.message = f"the scan {doing}" if response.success else "no scan is under way"
         return response
 
-    def _judge(self, kind: type[Source], goal: Any) -> GoalResponse:
+    def _judge(self, kind: SourceKind, goal: Any) -> GoalResponse:
         # First, since a goal's imports would hold up the scan under way.
         if self._busy.locked():
             self.get_logger().error("the scan is refused: another one is under way")
@@ -225,7 +232,7 @@ class Scan(Node):
             return GoalResponse.REJECT
         return GoalResponse.ACCEPT
 
-    def _execute(self, kind: type[Source], goal_handle: ServerGoalHandle) -> Any:
+    def _execute(self, kind: SourceKind, goal_handle: ServerGoalHandle) -> Any:
         if not self._busy.acquire(blocking=False):  # two goals may be accepted at the same time
             goal_handle.abort()
             told = "refused: another scan is under way, or the node ends"
@@ -332,12 +339,14 @@ class Scan(Node):
             announce(Phase.APPROACH, self._now())
             self._robot.move(above, check)
             surface = self._lower(surface, normal, check)
-            site = site._replace(position=tuple(map(float, surface)))
+            x, y, z = map(float, surface)
+            site = site._replace(position=(x, y, z))
             begin = self._now() + round(self._settings.settle_time * NANOSECONDS)
-            self._told = Told(begin, TEST_TIME)
+            self._told = told = DwellEvidence(begin, TEST_TIME)
             announce(Phase.DWELL, begin)
             source.dwelling(site, begin)
-            end, why = self._dwell(begin + round(source.dwell_time * NANOSECONDS), check)
+            longest = begin + round(source.dwell_time * NANOSECONDS)
+            end, why = self._dwell(told, longest, check)
         except BaseException as reason:
             self._told = None
             end = self._now()
@@ -365,7 +374,9 @@ class Scan(Node):
         finally:
             self._touch = None
 
-    def _dwell(self, end: int, check: Callable[[], None]) -> tuple[int, Leaving]:
+    def _dwell(
+        self, told: DwellEvidence, end: int, check: Callable[[], None]
+    ) -> tuple[int, Leaving]:
         """Stay until enough is told, or the samples have reached the time ``end`` [ns].
 
         Return when the dwell ended, and why. Where the driver is late, its samples show the tip
@@ -383,7 +394,7 @@ class Scan(Node):
 
         def is_over() -> bool:
             nonlocal enough
-            enough = self._told.enough()
+            enough = told.enough()
             if enough is not None and enough < end:
                 return True
             if self._sample_time < end and self._own_time() > latest:
@@ -470,7 +481,7 @@ class Scan(Node):
 
     def _examine(self) -> Health:
         doing = "scanning" if self._busy.locked() else "waiting for a goal"
-        values = {
+        values: dict[str, object] = {
             "subscribers": self._sites.get_subscription_count(),
             "messages malformed": self._malformed + self._robot.malformed,
         }

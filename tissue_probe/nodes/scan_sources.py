@@ -9,7 +9,7 @@ import math
 from abc import ABC, abstractmethod
 from collections import Counter
 from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
+from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, Protocol
 
 from tissue_probe.errors import ParameterError
 from tissue_probe.mapping.grid import Grid
@@ -59,6 +59,16 @@ class Choosing(NamedTuple):
     again: float = 0.0
 
 
+class SourceKind(Protocol):
+    """A class of ``Source``, made of a goal and of what is known of sites."""
+
+    ACTION: Any
+    NAME: str
+
+    def __call__(self, goal: Any, outcomes: SiteOutcomes, /) -> Source:
+        """Make the sites of a goal; ValueError where it is refused."""
+
+
 class Source(ABC):
     """The sites of one scan, which one action asks for. ValueError where its goal is refused.
 
@@ -76,7 +86,8 @@ class Source(ABC):
         How sites are chosen that are not given.
     """
 
-    ACTION: ClassVar[type]
+    #: An action's type, which ROS generates without annotations.
+    ACTION: ClassVar[Any]
     NAME: ClassVar[str]
 
     def __init__(self, dwell_time: float) -> None:
@@ -284,7 +295,7 @@ class GivenSites(ListedSites):
 
         wait(self.is_judged, UNTOLD)
         results = [one for one in self._outcomes.of(self.begins) if one.has_value]
-        if not results:
+        if not results or self._process is None:
             return
         asked = self._process.submit(
             places_again, sites_of(results), self.choosing.outliers, self._most_again

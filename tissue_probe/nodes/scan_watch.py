@@ -129,4 +129,4 @@ class ScanWatch:
         """Whether a publisher shows by itself, soon enough, that it is alive."""
         qos = info.qos_profile
         by_itself = qos.liveliness == LivelinessPolicy.MANUAL_BY_TOPIC
-        return by_itself and qos.liveliness_lease_duration.nanoseconds <= self._timeout * 1e9
+        return bool(by_itself and qos.liveliness_lease_duration.nanoseconds <= self._timeout * 1e9)

@@ -33,13 +33,13 @@ from tissue_probe.nodes.parameters import declare, read
 from tissue_probe.nodes.process import run
 from tissue_probe.nodes.qos import PER_SAMPLE
 from tissue_probe.nodes.timers import every
-from tissue_probe.recording.robot.settings import ROUNDING
+from tissue_probe.recording.robot.settings import UNIT_ROUNDING
 from tissue_probe.sensor.cable import MOST_JOINTS
 from tissue_probe.sensor.compensation import Compensation, compensation, load_file
-from tissue_probe.sensor.free_air import AXES
+from tissue_probe.sensor.free_air import WRENCH_AXES, FreeAir
 from tissue_probe.sensor.identify import Identified, identify
-from tissue_probe.sensor.live import MIDDLE, Left, LiveCompensation
-from tissue_probe.sensor.measured import SLOWEST, Track, stretches
+from tissue_probe.sensor.live import WINDOW_MIDDLE, Left, LiveCompensation
+from tissue_probe.sensor.sensor_tracks import LOWEST_SAMPLE_RATE, Track, stretches
 from tissue_probe.settings import SettingsError, setting
 from tissue_probe.signals import LONGEST_SILENCE, NANOSECONDS, sound_stamp
 from tissue_probe_msgs.action import IdentifySensor
@@ -82,7 +82,7 @@ class SensorSettings(BaseModel):
         "the wrench is published so long after the pose that belongs to it; with 0.06 its inertia "
         "is most exact",
         ge=0.0,
-        le=MIDDLE,
+        le=WINDOW_MIDDLE,
     )
 
     @model_validator(mode="after")
@@ -259,7 +259,7 @@ class Sensor(Node):
     def _take_pose(self, message: PoseStamped) -> None:
         p, q = message.pose.position, message.pose.orientation
         row = np.array([p.x, p.y, p.z, q.x, q.y, q.z, q.w])
-        if not abs(np.linalg.norm(row[3:]) - 1.0) <= ROUNDING and np.isfinite(row).all():
+        if not abs(np.linalg.norm(row[3:]) - 1.0) <= UNIT_ROUNDING and np.isfinite(row).all():
             self._pose.refuse("has an orientation that is none: a quaternion has length 1")
             return
         stamp = self._pose.sound(message.header, row)
@@ -301,7 +301,7 @@ class Sensor(Node):
         self._own_time = self._own_clock()
         if self._live is None:
             return
-        for left in self._live.left():
+        for left in self._live.take_known():
             self._publisher.publish(self._message(left))
             self._published += 1
             if self._left and left.stamp < self._left[-1].stamp:
@@ -330,18 +330,18 @@ class Sensor(Node):
         varies = biased.std(axis=0) / model.noise
         if varies.max() > STEADY:
             response.message = (
-                f"{AXES[int(varies.argmax())]} varies by {varies.max():.1f} times its noise: lift "
-                "the tool off everything, hold it, then take the zero"
+                f"{WRENCH_AXES[int(varies.argmax())]} varies by {varies.max():.1f} times its "
+                "noise: lift the tool off everything, hold it, then take the zero"
             )
             return response
         middle = (left[0].stamp + left[-1].stamp) // 2
-        before, _ = model.drifted(middle)
+        before, _ = model.predict_bias(middle)
         self._live.model = model.with_zero(biased.mean(axis=0), seconds, middle)
         moved = biased.mean(axis=0) - before
         self._left.clear()
         response.success = True
         response.message = "the zero moved by " + ", ".join(
-            f"{name} {value:.3g}" for name, value in zip(AXES, moved, strict=True)
+            f"{name} {value:.3g}" for name, value in zip(WRENCH_AXES, moved, strict=True)
         )
         return response
 
@@ -394,12 +394,12 @@ class Sensor(Node):
             if seconds > looked:
                 looked = seconds + FIRST_LOOK
                 with suppress(TissueProbeError):  # too little so far is no fault of all of it
-                    so_far = identify(stretches(*_tracks(heard)))
+                    so_far = identify(_stretches(_tracks(heard)))
                     feedback.verdict, feedback.missing_poses = so_far.verdict, so_far.missing_poses
             goal.publish_feedback(feedback)
         tracks = _tracks(heard)
         origin = int(min(track.stamps[0] for track in tracks))
-        runs = stretches(*tracks, origin=origin)
+        runs = _stretches(tracks, origin)
         found = identify(runs)
         model = compensation(found, runs, origin)
         _fill(result, found, model)
@@ -429,7 +429,7 @@ class Sensor(Node):
             f"{self._wrench.name} [messages/s]": f"{self._wrench.rate():.0f}",
         }
         if self._left:
-            for name, each in zip(AXES, self._left[-1].deviation, strict=True):
+            for name, each in zip(WRENCH_AXES, self._left[-1].deviation, strict=True):
                 values[f"deviation of {name}"] = f"{each:.3g}"
         return Health(level, "; ".join([message, *new]), values)
 
@@ -440,8 +440,11 @@ class Sensor(Node):
             return STALE, f"nothing of use comes on {' and '.join(silent)}"
         if self._live is None:
             return WARN, "there is no model: identify the sensor, or give parameter model"
-        if not rate and poses < SLOWEST:
-            return ERROR, f"poses come {poses:.3g} times a second: {SLOWEST:g} or more are needed"
+        if not rate and poses < LOWEST_SAMPLE_RATE:
+            return (
+                ERROR,
+                f"poses come {poses:.3g} times a second: {LOWEST_SAMPLE_RATE:g} or more are needed",
+            )
         if not rate:
             return ERROR, NO_OVERLAP
         if self._left:
@@ -469,6 +472,11 @@ def _known(heard: list[Heard]) -> float:
 
 def _tracks(heard: list[Heard]) -> list[Track]:
     return [each.track() for each in heard]
+
+
+def _stretches(tracks: list[Track], origin: int | None = None) -> list[FreeAir]:
+    poses, wrenches, *joints = tracks
+    return stretches(poses, wrenches, joints[0] if joints else None, origin)
 
 
 def _fill(result: IdentifySensor.Result, found: Identified, model: Compensation) -> None:

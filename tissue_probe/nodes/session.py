@@ -74,7 +74,7 @@ def simulation(
 
     The estimators share a process, which takes and decodes each block of samples once.
     """
-    chosen = {"simulated.phantom": str(phantom)} if phantom else {}
+    chosen: dict[str, object] = {"simulated.phantom": str(phantom)} if phantom else {}
     return [
         NodeProcess("scan", "scan", parameters={"estimators": list(estimators)}),
         NodeProcess("driver", "driver", parameters=chosen),
@@ -115,7 +115,7 @@ class Session:
         self.parameter_file = parameter_file or stock_configuration("simulation.yaml")
         self._logs = tempfile.TemporaryDirectory(prefix="tissue_probe_")
         self._context = rclpy.Context()
-        self.processes: dict[str, Popen] = {}
+        self.processes: dict[str, Popen[bytes]] = {}
         self.health: dict[str, dict[str, str]] = {}
         self._before: Any = None
 
@@ -339,7 +339,7 @@ def _leave(number: int, frame: object) -> None:
     raise SystemExit(128 + number)
 
 
-def _wait_or_kill(process: Popen) -> None:
+def _wait_or_kill(process: Popen[bytes]) -> None:
     try:
         process.wait(END_TIMEOUT)
     except TimeoutExpired:

@@ -54,7 +54,7 @@ class SiteOutcomes:
         """Whether nobody publishes results."""
         return not self._node.count_publishers(TOPIC)
 
-    def _on_results(self, message: msg.SiteResults, info: dict) -> None:
+    def _on_results(self, message: msg.SiteResults, info: dict[str, int]) -> None:
         try:
             results = [_result(each) for each in message.results]
         except ValueError as error:

@@ -115,7 +115,7 @@ class Stage(Node):
     def _examine(self) -> Health:
         doing = "moving" if self._is_moving() else "at rest"
         level = OK if self._state == ENABLED else WARN
-        values = {
+        values: dict[str, object] = {
             "subscribers": self._publisher.get_subscription_count(),
             "setpoints refused": self._refused,
         }

@@ -232,23 +232,23 @@ class Watch:
             self._inbox.empty()
             left -= 0.02
 
-    def _on_samples(self, message: bytes, info: dict) -> None:
+    def _on_samples(self, message: bytes, info: dict[str, int]) -> None:
         try:
             self.blocks.append(samples_from_cdr(message)[0])
         except ValueError:
             return  # the estimators tell of it
 
-    def _on_estimate(self, message: bytes, info: dict) -> None:
+    def _on_estimate(self, message: bytes, info: dict[str, int]) -> None:
         try:
             name, status, stamp, values = estimate_values_from_cdr(message)
         except ValueError:
             return  # the mapper tells of it
         self.estimates.setdefault(name, []).append((stamp, status, *values))
 
-    def _on_sites(self, message: SiteResults, info: dict) -> None:
+    def _on_sites(self, message: SiteResults, info: dict[str, int]) -> None:
         self.map = replace(self.map, sites=[_site(each) for each in message.results])
 
-    def _on_inclusions(self, message: Inclusions, info: dict) -> None:
+    def _on_inclusions(self, message: Inclusions, info: dict[str, int]) -> None:
         inclusions = [_inclusion(each) for each in message.inclusions]
         self.map = replace(
             self.map,
@@ -257,11 +257,11 @@ class Watch:
             notes=list(message.notes),
         )
 
-    def _on_cloud(self, message: PointCloud2, info: dict) -> None:
+    def _on_cloud(self, message: PointCloud2, info: dict[str, int]) -> None:
         fields = [(each.name, "<f4") for each in message.fields]
         self.map = replace(self.map, surface=np.frombuffer(bytes(message.data), np.dtype(fields)))
 
-    def _on_verdict(self, message: ModelVerdict, info: dict) -> None:
+    def _on_verdict(self, message: ModelVerdict, info: dict[str, int]) -> None:
         self.verdict = {
             "verdict": message.verdict,
             "effects": list(zip(message.effects, message.probabilities, strict=False)),
@@ -271,13 +271,13 @@ class Watch:
             "experiment": message.experiment,
         }
 
-    def _on_fault(self, message: String, info: dict) -> None:
+    def _on_fault(self, message: String, info: dict[str, int]) -> None:
         self.fault = message.data
 
-    def _on_state(self, message: OperatingState, info: dict) -> None:
+    def _on_state(self, message: OperatingState, info: dict[str, int]) -> None:
         self.state = message.state
 
-    def _on_health(self, message: DiagnosticArray, info: dict) -> None:
+    def _on_health(self, message: DiagnosticArray, info: dict[str, int]) -> None:
         for status in message.status:
             self.health[status.name] = (status.level[0], status.message)
 

@@ -10,12 +10,13 @@ from itertools import combinations
 
 import sympy as sp
 
-from tissue_probe.physics.dynamic_stiffness import handed_over, of_branch
-from tissue_probe.physics.effects.effect import Extent, Parameter, State
+from tissue_probe.physics.dynamic_stiffness import hand_over, of_branch
+from tissue_probe.physics.effects.effect import Parameter, State
+from tissue_probe.physics.extent import Extent
 
 #: Rates to begin with: from the slowest that a record just tells, so far apart that five reach from
 #: slow creep to the tip's own motion.
-SLOW, APART, RATES = 0.5, 6.0, 5
+SLOWEST_TRIED, RATES_APART, RATES_TRIED = 0.5, 6.0, 5
 #: Near the found ones branches are tried a decade apart.
 DECADE = 10.0
 
@@ -58,7 +59,7 @@ class Branches:
 
     def starts(self, extent: Extent) -> list[dict[str, float]]:
         """Propose rates a factor apart and more, from slow to the tip's own."""
-        rates = [SLOW / extent.duration * APART**i for i in range(RATES)]
+        rates = [SLOWEST_TRIED / extent.duration * RATES_APART**i for i in range(RATES_TRIED)]
         names = [str(rate) for rate in self.rates]
         return [dict(zip(names, some, strict=True)) for some in combinations(rates, self.count)]
 
@@ -75,7 +76,7 @@ class Branches:
             rates = [slow * DECADE**i for i in range(self.count)]
             unit = sum(of_branch(extent.frequency, rate) for rate in rates)
             for share in (0.5, 0.95):
-                stiffness, rest = handed_over(extent.frequency, found, known, unit, share)
+                stiffness, rest = hand_over(extent.frequency, found, known, unit, share)
                 own = dict.fromkeys(map(str, self.stiffnesses), stiffness)
                 own |= {name: rate for (_, name), rate in zip(pairs, rates, strict=True)}
                 proposed.append(own | rest)

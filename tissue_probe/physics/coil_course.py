@@ -1,12 +1,25 @@
 """The coil's course between two samples: compiled into each integrator of a model along it."""
 
-from numba import njit
+from __future__ import annotations
 
-from tissue_probe.physics.pointers import OPTIONS
+from tissue_probe.physics.pointers import Pointer, compile_inner
 
 
-@njit(**OPTIONS)
-def coil_course(pieces, changes, columns, r, order, w, count, q, sample, s, u, dU):
+@compile_inner
+def coil_course(
+    pieces: Pointer[float],
+    changes: Pointer[float],
+    columns: Pointer[int],
+    r: int,
+    order: int,
+    w: int,
+    count: int,
+    q: int,
+    sample: int,
+    s: float,
+    u: Pointer[float],
+    dU: Pointer[float],
+) -> None:
     """Fill u, u', u'' and the second input at ``s`` after the sample; derivatives of u by values.
 
     ``pieces``, ``changes`` and ``columns`` are those of a ``Course`` of ``count`` pieces, each of

@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from tissue_probe.physics.response import ResponseKernel
 
 #: Sources that a kernel depends on besides its effects, whose text is part of its name.
-SOURCES = (
+KERNEL_SOURCES = (
     "physics/above.py",
     "physics/coil_course.py",
     "physics/effects/effect.py",
@@ -89,9 +89,9 @@ class Composition:
 
         if self.scale.is_usual:
             return (*(EFFECTS[name] for name in own), *self.effects)
-        from tissue_probe.physics.resized import sized
+        from tissue_probe.physics.effect_scale import resize_effect
 
-        return (*(sized(EFFECTS[name], self.scale) for name in own), *self.effects)
+        return (*(resize_effect(EFFECTS[name], self.scale) for name in own), *self.effects)
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -158,21 +158,21 @@ class Composition:
         from tissue_probe.physics.response import ResponseKernel
 
         digest = hashlib.sha256(self._said.encode()).hexdigest()[:16]
-        return ResponseKernel.load(f"response_{digest}", self._text, SOURCES)
+        return ResponseKernel.load(f"response_{digest}", self._text, KERNEL_SOURCES)
 
     @property
     def _said(self) -> str:
         """Text that tells the model from any other, whose code is on disk too.
 
-        The name of a rig of the package stands for the equations in ``SOURCES``; those of a user's
-        own have to be composed.
+        The name of a rig of the package stands for the equations in ``KERNEL_SOURCES``; those of a
+        user's own have to be composed.
         """
         if RIGS.get(self.rig.name) is not self.rig:
             return repr(self.model)
         return "\n".join((self.rig.name, self.tissue, *map(_declared, self.all_effects)))
 
     def _turned_kernel(self) -> ResponseKernel:
-        from tissue_probe.physics.resized import over
+        from tissue_probe.physics.effect_scale import over
         from tissue_probe.physics.response import Turned
 
         own = ((each.origin or over(each, self.scale)).plain for each in self.effects)

@@ -20,10 +20,10 @@ from tissue_probe.physics.program import Program
 BEGUN = sp.Symbol("begun", real=True)
 
 # Of the Taylor series of the motion (exact to 1e-10) and of its derivatives (to 1e-7), while
-# Fujiwara's bound on the eigenvalues of A dt stays below LONGEST.
+# Fujiwara's bound on the eigenvalues of A dt stays below LONGEST_STEP.
 TERMS = 8
 TANGENT_TERMS = 6
-LONGEST = 0.6
+LONGEST_STEP = 0.6
 LONGEST_RUNGE_KUTTA = 0.12
 # Into more parts no step is divided, so that none takes seconds: a model so fast, or sampled so
 # rarely, is out of reach, and its states end as they may.
@@ -31,7 +31,7 @@ MOST_PARTS = 1e4
 
 
 @dataclass(frozen=True)
-class Step:
+class DiscreteStep:
     """The states one sample later, and the symbols that they depend on.
 
     Attributes
@@ -48,7 +48,7 @@ class Step:
 
 def exact_step(
     program: Program, model: Model, period: sp.Symbol, inputs: list[sp.Symbol], derivatives: bool
-) -> Step:
+) -> DiscreteStep:
     """Advance a model that is linear in its states by the Taylor series of its solution.
 
     For given parameters x' = A x + B u + C u' + d has the solution e^(A dt) x[t-1] + ..., whose
@@ -76,7 +76,7 @@ def exact_step(
     """
     if not _is_steady(model):
         raise ValueError("the exact step needs a steady model that is linear in its states")
-    share = _share(program, model, period, LONGEST)
+    share = _share(program, model, period, LONGEST_STEP)
     dt = program.let("dt", period * share)
     system = _system(program, model, model.motion, dt)
     by_parameter = {
@@ -105,14 +105,14 @@ def exact_step(
     program.assign(t, t_sum)
     _next_part(program, share, elapsed, w)
     if not derivatives:
-        return Step(z, sp.zeros(count, 0))
+        return DiscreteStep(z, sp.zeros(count, 0))
     t = program.now(t)
     place = {index: count + column for column, index in enumerate(by_parameter)}
     columns = [
         t[:, place[index]] if index in place else sp.zeros(count, 1)
         for index in range(len(model.parameters))
     ]
-    return Step(z, sp.Matrix.hstack(t[:, :count], *columns))
+    return DiscreteStep(z, sp.Matrix.hstack(t[:, :count], *columns))
 
 
 @dataclass(frozen=True)
@@ -138,7 +138,7 @@ def _system(program: Program, model: Model, motion: sp.Matrix, dt: sp.Symbol) ->
 
 def runge_kutta_step(
     program: Program, model: Model, period: sp.Symbol, inputs: list[sp.Symbol], derivatives: bool
-) -> Step:
+) -> DiscreteStep:
     """Advance any model by Runge and Kutta's fourth-order rule, in parts short enough.
 
     For models that are not linear in their states. Derivatives are those of the rule itself. The
@@ -176,12 +176,12 @@ def runge_kutta_step(
     program.assign(z, z + (k1 + 2 * k2 + 2 * k3 + k4) / 6)
     program.assign(t, t + (l1 + 2 * l2 + 2 * l3 + l4) / 6)
     _next_part(program, share, elapsed, w)
-    return Step(z, t if derivatives else sp.zeros(count, 0))
+    return DiscreteStep(z, t if derivatives else sp.zeros(count, 0))
 
 
 def accurate_step(
     program: Program, model: Model, period: sp.Symbol, inputs: list[sp.Symbol], derivatives: bool
-) -> Step:
+) -> DiscreteStep:
     """Advance a model exactly where it is linear and steady, else by Runge and Kutta's rule."""
     step = exact_step if _is_steady(model) else runge_kutta_step
     return step(program, model, period, inputs, derivatives)
@@ -193,7 +193,7 @@ def _is_steady(model: Model) -> bool:
 
 def euler_step(
     program: Program, model: Model, period: sp.Symbol, inputs: list[sp.Symbol], derivatives: bool
-) -> Step:
+) -> DiscreteStep:
     """Advance any model by forward Euler, as the paper does (eqs. 6 and 7, Jacobian eq. 17).
 
     x[t] = x[t-1] + dt f(x[t-1], u[t-1], (u[t-1] - u[t-2]) / dt). Kept to reproduce the paper: it is
@@ -204,11 +204,11 @@ def euler_step(
     now = {model.input: inputs[1], model.input_rate: rate, TIME: BEGUN}
     states = program.let_matrix("next", model.states + period * model.motion.subs(now))
     if not derivatives:
-        return Step(states, sp.zeros(len(states), 0))
+        return DiscreteStep(states, sp.zeros(len(states), 0))
     jacobian = (sp.eye(len(states)) + period * model.state_jacobian).row_join(
         period * model.parameter_jacobian
     )
-    return Step(states, program.let_matrix("jacobian", jacobian.subs(now)))
+    return DiscreteStep(states, program.let_matrix("jacobian", jacobian.subs(now)))
 
 
 DISCRETISATIONS = {"exact": accurate_step, "euler": euler_step}
@@ -238,10 +238,13 @@ def _characteristic(matrix: sp.Matrix) -> list[sp.Expr]:
     s = sp.Symbol("s")
     entries = DomainMatrix.from_Matrix(s * sp.eye(matrix.rows) - matrix)
     found = _determinant(entries.to_sdm(), tuple(range(matrix.rows)), entries.domain)
-    return sp.Poly(entries.domain.to_sympy(found), s).all_coeffs()[1:]
+    result: list[sp.Expr] = sp.Poly(entries.domain.to_sympy(found), s).all_coeffs()[1:]
+    return result
 
 
-def _determinant(rows: Mapping[int, Mapping[int, Any]], columns: tuple[int, ...], domain: Any):
+def _determinant(
+    rows: Mapping[int, Mapping[int, Any]], columns: tuple[int, ...], domain: Any
+) -> Any:
     """Return the determinant of some columns of a matrix, of whose rows the zeros are left out.
 
     By Laplace's expansion along the shortest row: in a ladder of branches, each of which feels

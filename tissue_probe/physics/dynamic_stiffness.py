@@ -34,7 +34,7 @@ def tissue_of(frequency: float, rest: complex) -> dict[str, float]:
     return {"stiffness": rest.real, "damping": rest.imag / frequency}
 
 
-def handed_over(
+def hand_over(
     frequency: float, found: Mapping[str, float], known: complex, unit: complex, share: float
 ) -> tuple[float, dict[str, float]]:
     """Return a law's strength, and the tissue's stiffness and damping, as stiff together as found.

@@ -8,13 +8,22 @@ The third derivative goes on through the second sample and the last but one ("no
 thousands of times in a fit, of many columns at once, and lets other threads run meanwhile.
 """
 
-from numba import cfunc, njit
+from __future__ import annotations
 
-from tissue_probe.physics.pointers import OPTIONS
+from numba import cfunc
+
+from tissue_probe.physics.pointers import Pointer, compile_inner
 
 
-@njit(**OPTIONS)
-def _slopes(n, m, values, period, slopes, factors):
+@compile_inner
+def _slopes(
+    n: int,
+    m: int,
+    values: Pointer[float],
+    period: float,
+    slopes: Pointer[float],
+    factors: Pointer[float],
+) -> None:
     """Fill the spline's derivatives at the samples, of m columns of n samples, four at least.
 
     Between are s[i-1] + 4 s[i] + s[i+1] = 3 (d[i-1] + d[i]) for the differences d over the period,
@@ -44,7 +53,14 @@ def _slopes(n, m, values, period, slopes, factors):
     "CPointer(float64))",
     error_model="numpy",
 )
-def pieces(n, period, values, slopes, factors, coefficients):
+def pieces(
+    n: int,
+    period: float,
+    values: Pointer[float],
+    slopes: Pointer[float],
+    factors: Pointer[float],
+    coefficients: Pointer[float],
+) -> None:
     """Fill coefficients, shape (4, n - 1), highest power first, of the pieces of one signal."""
     count = n - 1
     _slopes(n, 1, values, period, slopes, factors)
@@ -61,7 +77,17 @@ def pieces(n, period, values, slopes, factors, coefficients):
     "CPointer(float64), CPointer(float64))",
     error_model="numpy",
 )
-def later(n, m, period, delay, values, slopes, factors, read, rate):
+def later(
+    n: int,
+    m: int,
+    period: float,
+    delay: float,
+    values: Pointer[float],
+    slopes: Pointer[float],
+    factors: Pointer[float],
+    read: Pointer[float],
+    rate: Pointer[float],
+) -> None:
     """Fill the values of columns, shape (n, m), ``delay`` earlier, and how fast the first changed.
 
     Beyond either end the values stand still.

@@ -8,7 +8,7 @@ from tissue_probe.physics.scale import Scale
 
 #: The slowest rate at which a branch relaxes, times a record's duration: it gives way by a quarter
 #: then, and one that is slower is as good as a spring, or as a zero of the force that moves.
-SLOWEST = 0.3
+SLOWEST_RELAXATION = 0.3
 
 
 @dataclass(frozen=True)

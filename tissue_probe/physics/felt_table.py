@@ -16,21 +16,23 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike
-from pydantic import BaseModel, ConfigDict, model_validator
+from pydantic import BaseModel, ConfigDict, ValidationError, model_validator
 
 from tissue_probe.signals import FARTHEST_PLACE, FloatArray
 
 if TYPE_CHECKING:
+    from scipy.interpolate import LinearNDInterpolator, NearestNDInterpolator
+
     from tissue_probe.physics.phantom import Nodule
 
 #: Columns that a table has, and those that it may have.
-NEEDED, OPTIONAL = ("x", "y", "k"), ("z", "beta")
+FELT_NEEDED, FELT_OPTIONAL = ("x", "y", "k"), ("z", "beta")
 #: beta / k where the table has no damping [s]: that of the stock phantom, 5 N s/m at 450 N/m.
 TIME_CONSTANT = 5.0 / 450.0
 #: A recording holds its phantom, in a document no longer than ``bounded_yaml.SIZE``.
 MOST_POINTS = 2500
 #: The softest and stiffest tissue [N/m], and the most damping [N s/m], as of a phantom of nodules.
-SOFTEST, STIFFEST, MOST_DAMPING = 1.0, 1e5, 1e3
+SOFTEST, STIFFEST_FELT, MOST_DAMPING = 1.0, 1e5, 1e3
 #: Places to the nanometre and values to seven digits: as the recording has them, so the probe.
 _DECIMALS, _DIGITS = 9, 7
 
@@ -84,13 +86,13 @@ class FeltTable(BaseModel):
         columns = {"x": x, "y": y, "k": k, "z": z, "beta": beta}
         try:
             return FeltTable(**{name: _kept(name, each) for name, each in columns.items()})
-        except ValueError as error:  # pydantic's, which names the class and its own web page
+        except ValidationError as error:  # it names the class and pydantic's web page
             raise ValueError(error.errors()[0]["msg"].removeprefix("Value error, ")) from None
 
     @model_validator(mode="after")
     def _is_sound(self) -> FeltTable:
         count = len(self.x)
-        for name in (*NEEDED[1:], *(each for each in OPTIONAL if getattr(self, each))):
+        for name in (*FELT_NEEDED[1:], *(each for each in FELT_OPTIONAL if getattr(self, each))):
             if len(getattr(self, name)) != count:
                 raise ValueError(f"{name} has {len(getattr(self, name))} values, x {count}")
         if count > MOST_POINTS:
@@ -102,7 +104,7 @@ class FeltTable(BaseModel):
             ("x", -FARTHEST_PLACE, FARTHEST_PLACE, "m"),
             ("y", -FARTHEST_PLACE, FARTHEST_PLACE, "m"),
             ("z", -FARTHEST_PLACE, FARTHEST_PLACE, "m"),
-            ("k", SOFTEST, STIFFEST, "N/m"),
+            ("k", SOFTEST, STIFFEST_FELT, "N/m"),
             ("beta", 0.0, MOST_DAMPING, "N s/m"),
         ):
             values = np.array(getattr(self, name))
@@ -159,7 +161,7 @@ class FeltTable(BaseModel):
         return np.column_stack([k, beta, np.array(self.z) if self.z else np.zeros_like(k)])
 
     @cached_property
-    def _interpolators(self) -> tuple:
+    def _interpolators(self) -> tuple[LinearNDInterpolator, NearestNDInterpolator]:
         # Here, since it takes a second to import, and the phantom of nodules needs none of it.
         from scipy.interpolate import LinearNDInterpolator, NearestNDInterpolator
 
@@ -171,7 +173,8 @@ class FeltTable(BaseModel):
 
     def _at(self, x: ArrayLike, y: ArrayLike) -> FloatArray:
         between, nearest = (each(np.asarray(x), np.asarray(y)) for each in self._interpolators)
-        return np.where(np.isfinite(between), between, nearest)
+        found: FloatArray = np.where(np.isfinite(between), between, nearest)
+        return found
 
 
 def _is_line(places: FloatArray) -> bool:
@@ -193,13 +196,13 @@ def _columns(path: Path) -> dict[str, list[float]]:
         try:
             rows = csv.DictReader(file, skipinitialspace=True)
             names = [name.strip() for name in rows.fieldnames or ()]
-            if missing := [name for name in NEEDED if name not in names]:
+            if missing := [name for name in FELT_NEEDED if name not in names]:
                 raise ValueError(
                     f"there is no column {', '.join(missing)}; a table of a phantom has the "
                     "columns x, y [m], k [N/m], and perhaps z [m] and beta [N s/m], after commas"
                 )
             rows.fieldnames = names
-            wanted = [name for name in (*NEEDED, *OPTIONAL) if name in names]
+            wanted = [name for name in (*FELT_NEEDED, *FELT_OPTIONAL) if name in names]
             found: dict[str, list[float]] = {name: [] for name in wanted}
             for row in rows:
                 for name in wanted:

@@ -17,7 +17,7 @@ from typing import Literal
 
 Shape = Literal["flat", "sphere", "cone"]
 #: Power of the depth that the force of each grows with.
-EXPONENTS: dict[Shape, float] = {"flat": 1.0, "sphere": 1.5, "cone": 2.0}
+DEPTH_POWERS: dict[Shape, float] = {"flat": 1.0, "sphere": 1.5, "cone": 2.0}
 #: Factors by which a layer that keeps its volume stiffens, of the powers of chi.
 OF_LAYER = (1.0, 1.133, 1.283, 0.769, 0.0975)
 #: Beyond it the polynomial of a thin layer is not given [-].
@@ -52,7 +52,7 @@ class Indenter:
             return 2.0 * self.size * depth / plane
         if self.shape == "cone":
             return 2.0 / math.pi * math.tan(self.size) * depth**2 / plane
-        return 4.0 / 3.0 * math.sqrt(self.size) * depth**1.5 / plane * self._of_layer(depth)
+        return float(4.0 / 3.0 * math.sqrt(self.size) * depth**1.5 / plane * self._of_layer(depth))
 
     def slope(self, depth: float) -> float:
         """Return the stiffness over the modulus at a depth [m], in metres: the force's slope."""

@@ -20,7 +20,7 @@ from tissue_probe.signals import IntArray
 FloatArray = NDArray[np.float64]
 
 #: Fewer samples have no cubic spline.
-FEWEST = 4
+FEWEST_KNOTS = 4
 _PIECES = ctypes.CFUNCTYPE(None, ctypes.c_int64, ctypes.c_double, *4 * [ctypes.c_void_p])
 _LATER = ctypes.CFUNCTYPE(
     None, *2 * [ctypes.c_int64], *2 * [ctypes.c_double], *5 * [ctypes.c_void_p]
@@ -102,7 +102,7 @@ def between_jumps(values: FloatArray, period: float, after: IntArray) -> FloatAr
 
 def _spline(values: FloatArray, period: float) -> FloatArray:
     """Return the pieces of the spline, or of straight lines where there are too few samples."""
-    if values.size >= FEWEST:
+    if values.size >= FEWEST_KNOTS:
         return cubics(values, period)
     flat = np.zeros((2, values.size - 1))
     return np.vstack([flat, np.diff(values) / period, values[:-1]])
@@ -137,7 +137,7 @@ def with_acceleration(pieces: FloatArray, period: float) -> FloatArray:
         Time between two samples [s].
     """
     spline = 2.0 * pieces[1]
-    if spline.size < FEWEST:
+    if spline.size < FEWEST_KNOTS:
         return pieces
     right = 2.0 * (spline[:-2] + 4.0 * spline[1:-1] + spline[2:])
     right[0] -= spline[0]
@@ -182,6 +182,6 @@ def later(values: FloatArray, period: float, delay: float) -> tuple[FloatArray, 
 
 
 def _checked(values: FloatArray) -> FloatArray:
-    if len(values) < FEWEST:
-        raise ValueError(f"{len(values)} samples: a cubic spline needs {FEWEST} at least")
+    if len(values) < FEWEST_KNOTS:
+        raise ValueError(f"{len(values)} samples: a cubic spline needs {FEWEST_KNOTS} at least")
     return np.ascontiguousarray(values, dtype=np.float64)

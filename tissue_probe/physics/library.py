@@ -38,6 +38,9 @@ from tissue_probe.physics.effects.effect import (
     TIME,
     TIP_VELOCITY,
     TISSUE_FORCE,
+    Parameter,
+    State,
+    Switch,
 )
 from tissue_probe.physics.rigs import CONSTANTS
 from tissue_probe.physics.rigs.composing import (
@@ -52,14 +55,14 @@ from tissue_probe.physics.tissues import EXTENSION
 
 #: Entry points of this group are effects, too.
 GROUP = "tissue_probe.effects"
-SIGNALS = (
+LIBRARY_SIGNALS = (
     INDENTATION, ELASTIC_DEPTH, ELASTIC_RATE, TIP_VELOCITY, TISSUE_FORCE, STRETCH, NET_FORCE, FORCE,
     POSITION, POSITION_RATE, TIME, INPUT2,
 )  # fmt: skip
 MODEL = (MASS, CELL_STIFFNESS, CELL_DAMPING, CONTACT, STIFFNESS, DAMPING)
 ELSEWHERE = (POSITION_ACCELERATION, POSITION_BEFORE, OFFSET, TIP_POSITION, EXTENSION)
 #: A recording like many, on which an effect's proposals are tried.
-USUAL = Extent(
+USUAL_EXTENT = Extent(
     duration=2.0, indentation=1e-3, depth=2e-3, speed=0.06, force=0.3, pull=0.2, step=1e-7
 )
 
@@ -106,7 +109,7 @@ def load_effects(path: str | Path) -> tuple[Effect, ...]:
     if not path.is_file():
         raise EffectError(f"{path}: there is no such file of effects")
     spec = importlib.util.spec_from_file_location(path.stem, path)
-    if spec is None:
+    if spec is None or spec.loader is None:
         raise EffectError(f"{path} is no Python file: give it a name that ends in .py")
     module = importlib.util.module_from_spec(spec)
     with _told(f"{path} cannot be run"):
@@ -166,12 +169,13 @@ def _guarded(effect: Effect, origin: str) -> Effect:
     """Return an effect whose own functions are told of by name, when they fail in a search."""
     default = Effect("", "", "")
     said = f"{origin}: effect {effect.name!r} cannot propose"
-    own = {
-        name: partial(_proposed, getattr(effect, name), said)
-        for name in ("starts", "near")
-        if getattr(effect, name) is not getattr(default, name)
-    }
-    return replace(effect, **own, forms=tuple(_guarded(form, origin) for form in effect.forms))
+    starts, near = effect.starts, effect.near
+    if starts is not default.starts:
+        starts = partial(_proposed, starts, said)
+    if near is not None:
+        near = partial(_proposed, near, said)
+    forms = tuple(_guarded(form, origin) for form in effect.forms)
+    return replace(effect, starts=starts, near=near, forms=forms)
 
 
 def _proposed(propose: Callable[..., Any], said: str, *known: object) -> list[dict[str, float]]:
@@ -201,7 +205,7 @@ def _form_complaints(effect: Effect, library: Mapping[str, Effect]) -> Iterator[
     except TypeError:
         yield "holds a list, a set or a dict: write tuples, as for parameters=(...,)"
         return
-    taken = {str(s): "of the model" for s in (*SIGNALS, *ELSEWHERE)}
+    taken = {str(s): "of the model" for s in (*LIBRARY_SIGNALS, *ELSEWHERE)}
     taken |= {entry.name: "of the model" for entry in (*CONSTANTS.values(), *TISSUE)}
     # One and the same switch, such as contact, may serve several effects.
     shared = {switch for other in library.values() for switch in other.switches}
@@ -222,19 +226,19 @@ def _form_complaints(effect: Effect, library: Mapping[str, Effect]) -> Iterator[
             )
     if not 0 <= effect.strengths <= len(effect.parameters) and effect.parameters:
         yield f"says strengths={effect.strengths}, but has {len(effect.parameters)} parameters"
-    known = {*SIGNALS, *_own(effect), *MODEL}
+    known = {*LIBRARY_SIGNALS, *_own(effect), *MODEL}
     for symbol in sorted(_used(effect) - known, key=str):
         yield (
             f"uses the symbol {symbol}, which nothing tells: make it a Parameter, or import it "
             "from tissue_probe.physics.effects.effect"
         )
-    names = {entry.name for entry in (*effect.parameters, *TISSUE)}
-    for start in effect.starts(USUAL):
+    names = {entry.name for entry in effect.parameters} | {entry.name for entry in TISSUE}
+    for start in effect.starts(USUAL_EXTENT):
         if unknown := sorted(set(start) - names):
             yield f"proposes starts for {', '.join(unknown)}, which it has not"
-    if effect.parameters and not effect.switches and changed(effect):
+    if effect.parameters and not effect.switches and name_changes(effect):
         yield (
-            f"still acts ({', '.join(changed(effect))}) with its strengths at neutral="
+            f"still acts ({', '.join(name_changes(effect))}) with its strengths at neutral="
             f"{effect.neutral:g}: there it must leave the model as it is"
         )
     try:
@@ -243,7 +247,7 @@ def _form_complaints(effect: Effect, library: Mapping[str, Effect]) -> Iterator[
         yield f"cannot be composed: {' '.join(str(error).split())}"
 
 
-def changed(effect: Effect) -> list[str]:
+def name_changes(effect: Effect) -> list[str]:
     """Name the changes by an effect with its strengths at ``neutral``; none, if it is right.
 
     States that stay where they start are taken to be there.
@@ -271,7 +275,11 @@ def changed(effect: Effect) -> list[str]:
 
 
 def _own(effect: Effect) -> list[sp.Symbol]:
-    owners = (*effect.parameters, *effect.states, *effect.switches)
+    owners: list[Parameter | State | Switch] = [
+        *effect.parameters,
+        *effect.states,
+        *effect.switches,
+    ]
     return [owner.symbol for owner in owners]
 
 

@@ -7,15 +7,15 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+from tissue_probe.physics.effect_scale import resize_effect
 from tissue_probe.physics.effects import EFFECTS, Effect
-from tissue_probe.physics.resized import sized
 from tissue_probe.physics.scale import Scale
 
 Place = tuple[str, int | None, Scale, float]
 """Name; which form, None for an effect with all of its forms; size; odds."""
 
 
-def found_in_library(effect: Effect) -> Place | None:
+def find_in_library(effect: Effect) -> Place | None:
     """Return where the package's library has an effect; None where it has not."""
     known = EFFECTS.get(effect.name)
     if known is None:
@@ -33,5 +33,5 @@ def found_in_library(effect: Effect) -> Place | None:
 def of_library(name: str, form: int | None, scale: Scale, odds: float) -> Effect:
     """Return the effect at a place of the library."""
     known = EFFECTS[name]
-    found = sized(known if form is None else known.every_form[form], scale)
+    found = resize_effect(known if form is None else known.every_form[form], scale)
     return found if found.odds == odds else replace(found.with_odds(odds))

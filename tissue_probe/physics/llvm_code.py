@@ -9,7 +9,7 @@ that here all are double precision.
 # ruff: noqa: N802, N815 (SymPy's printer finds its methods by the names of classes)
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from itertools import count
 
@@ -20,7 +20,7 @@ from sympy.printing.printer import Printer
 from tissue_probe.errors import TissueProbeError
 from tissue_probe.physics.above import Above
 
-NUMBER, COUNT = ir.DoubleType(), ir.IntType(64)
+NUMBER, COUNT_TYPE = ir.DoubleType(), ir.IntType(64)
 ARRAY = ir.PointerType(NUMBER)
 #: Bytes of a number, to which rows are aligned at least.
 NUMBER_SIZE = 8
@@ -62,7 +62,7 @@ class Function:
     name : str
         The function's.
     arguments : mapping
-        Of each argument ``NUMBER``, ``COUNT`` or ``ARRAY`` (of numbers).
+        Of each argument ``NUMBER``, ``COUNT_TYPE`` or ``ARRAY`` (of numbers).
     returns : ir.Type
         The returned type.
     """
@@ -96,7 +96,7 @@ class Function:
             place = self._at(array, self._plus(first, index))
             self._known[symbol.name] = self._builder.load(place)
 
-    def named(self, values: Sequence[sp.Expr]) -> list[sp.Expr]:
+    def name_values(self, values: Sequence[sp.Expr]) -> list[sp.Expr]:
         """Compute values together, for they may share terms; return symbols, or atoms.
 
         Raises
@@ -150,7 +150,7 @@ class Function:
         used = {factor for row in rows for factor in row.values()}
         factors = {factor: self._on_all_columns(factor) for factor in used}
         with self.loop(columns // TOGETHER) as number:
-            column = self._builder.mul(number, ir.Constant(COUNT, TOGETHER))
+            column = self._builder.mul(number, ir.Constant(COUNT_TYPE, TOGETHER))
             for i, row in enumerate(rows):
                 total = ir.Constant(_COLUMNS, TOGETHER * [0.0])
                 for (other, j), factor in row.items():
@@ -169,22 +169,22 @@ class Function:
         body, after = builder.append_basic_block(), builder.append_basic_block()
         builder.branch(test)
         builder.position_at_end(test)
-        number = builder.phi(COUNT)
+        number = builder.phi(COUNT_TYPE)
         builder.cbranch(builder.icmp_signed("<", number, times), body, after)
         builder.position_at_end(body)
         yield number
-        number.add_incoming(ir.Constant(COUNT, 0), before)
+        number.add_incoming(ir.Constant(COUNT_TYPE, 0), before)
         number.add_incoming(self._plus(number, 1), builder.block)
         builder.branch(test)
         builder.position_at_end(after)
 
     def in_row(self, row: int, index: ir.Value, length: str) -> ir.Value:
         """Return where an element is of rows that are as long as an argument says."""
-        start = self._builder.mul(ir.Constant(COUNT, row), self._times(length))
+        start = self._builder.mul(ir.Constant(COUNT_TYPE, row), self._times(length))
         return self._builder.add(start, index)
 
     def _times(self, times: str | int) -> ir.Value:
-        return ir.Constant(COUNT, times) if isinstance(times, int) else self._arguments[times]
+        return ir.Constant(COUNT_TYPE, times) if isinstance(times, int) else self._arguments[times]
 
     def end(self, value: sp.Expr | None = None) -> None:
         """Return from the function, with a value where it has one."""
@@ -194,13 +194,13 @@ class Function:
             self._builder.ret(self._printer.doprint(value))
 
     def _at(self, array: str, index: ir.Value | int) -> ir.Value:
-        index = ir.Constant(COUNT, index) if isinstance(index, int) else index
+        index = ir.Constant(COUNT_TYPE, index) if isinstance(index, int) else index
         return self._builder.gep(self._arguments[array], [index])
 
     def _plus(self, index: ir.Value | int, more: int) -> ir.Value:
         if isinstance(index, int):
-            return ir.Constant(COUNT, index + more)
-        return self._builder.add(index, ir.Constant(COUNT, more))
+            return ir.Constant(COUNT_TYPE, index + more)
+        return self._builder.add(index, ir.Constant(COUNT_TYPE, more))
 
     def _columns_at(self, array: str, index: ir.Value) -> ir.Value:
         return self._builder.bitcast(self._at(array, index), ir.PointerType(_COLUMNS))
@@ -213,7 +213,7 @@ class Function:
         return self._builder.shuffle_vector(one, none, first)
 
 
-class _InstructionPrinter(Printer):
+class _InstructionPrinter(Printer):  # type: ignore[misc]  # SymPy has no types
     """Instructions for an expression; SymPy finds the method for each kind of node."""
 
     def __init__(self, builder: ir.IRBuilder, known: Mapping[str, ir.Value]) -> None:
@@ -359,7 +359,9 @@ class _InstructionPrinter(Printer):
     def _print_Xor(self, expression: sp.Xor) -> ir.Value:
         return self._joined(self._builder.xor, expression)
 
-    def _joined(self, join, expression: sp.Basic) -> ir.Value:
+    def _joined(
+        self, join: Callable[[ir.Value, ir.Value], ir.Value], expression: sp.Basic
+    ) -> ir.Value:
         first, *others = map(self._print, expression.args)
         for other in others:
             first = join(first, other)
@@ -377,7 +379,7 @@ class _InstructionPrinter(Printer):
 
 def _is_below(expression: sp.Basic) -> bool:
     """Whether it is a power of a negative exponent, to divide by."""
-    return expression.is_Pow and expression.exp.is_Rational and expression.exp.is_negative
+    return bool(expression.is_Pow and expression.exp.is_Rational and expression.exp.is_negative)
 
 
 def _refused(name: str) -> NotComputableError:

@@ -23,7 +23,7 @@ from typing import Any
 import llvmlite
 import llvmlite.binding as llvm
 
-from tissue_probe.physics import compiled
+from tissue_probe.physics import code_cache
 
 
 @dataclass(frozen=True)
@@ -70,7 +70,7 @@ class MachineCode:
 _loaded: dict[Path, MachineCode] = {}
 
 
-def loaded() -> int:
+def count_loaded() -> int:
     """Return of how many names this process has the functions."""
     return len(_loaded)
 
@@ -82,7 +82,7 @@ Written = tuple[str, Callable[[], Text]]
 def load(
     name: str,
     write: Callable[[], Text],
-    sources: tuple[str, ...] = compiled.ALL,
+    sources: tuple[str, ...] = code_cache.ALL_SOURCES,
     beside: Callable[[Mapping[str, Any]], Written] | None = None,
 ) -> MachineCode:
     """Return the functions of a text, compiled first where no earlier process has.
@@ -90,7 +90,7 @@ def load(
     Parameters
     ----------
     name, sources
-        As for ``compiled.place``.
+        As for ``code_cache.place``.
     write : callable
         Returns the text; called only where no machine code is on disk.
     beside : callable, optional
@@ -110,10 +110,10 @@ def load(
 
 def _object(name: str, write: Callable[[], Text], sources: tuple[str, ...]) -> Path:
     """Return where a text's object file is, written first where no earlier process has."""
-    path = compiled.place(f"{name}_{_host()}", ".o", sources)
+    path = code_cache.place(f"{name}_{_host()}", ".o", sources)
     if not path.exists():
         with _keeping_garbage():
-            compiled.replace(path, _compile(name, write()))
+            code_cache.replace(path, _compile(name, write()))
     return path
 
 
@@ -145,7 +145,7 @@ def _machine() -> llvm.TargetMachine:
 
 
 def _features() -> str:
-    return llvm.get_host_cpu_features().flatten()
+    return str(llvm.get_host_cpu_features().flatten())
 
 
 @cache
@@ -167,7 +167,8 @@ def _compile(name: str, text: Text) -> bytes:
     builder.getModulePassManager().run(code, builder)
     _check_calls(name, text, code)
     head = json.dumps({"entries": list(text.entries), "facts": dict(text.facts)})
-    return head.encode() + b"\n" + machine.emit_object(code)
+    found: bytes = head.encode() + b"\n" + machine.emit_object(code)
+    return found
 
 
 def _check_calls(name: str, text: Text, code: llvm.ModuleRef) -> None:

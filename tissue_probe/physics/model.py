@@ -85,4 +85,4 @@ class Model:
     def is_linear(self) -> bool:
         """Whether the motion is affine in states and input for given parameters."""
         signals = [*self.states, self.input, self.input_rate]
-        return self.motion.jacobian(signals).free_symbols.isdisjoint(signals)
+        return bool(self.motion.jacobian(signals).free_symbols.isdisjoint(signals))

@@ -20,14 +20,14 @@ from tissue_probe import arguments as take
 from tissue_probe import bounded_yaml
 from tissue_probe.errors import check_file
 from tissue_probe.physics.composition import Composition
+from tissue_probe.physics.effect_scale import resize_effect
 from tissue_probe.physics.effects import EFFECTS, Effect
 from tissue_probe.physics.entry import Entry
 from tissue_probe.physics.fitted_model import FittedModel
 from tissue_probe.physics.library import EffectError, effects, load_effects
-from tissue_probe.physics.resized import sized
 from tissue_probe.physics.rigs import RIGS, Rig
 from tissue_probe.physics.scale import Scale
-from tissue_probe.physics.tissues import TISSUES
+from tissue_probe.physics.tissue_names import TissueName
 from tissue_probe.settings import SettingsError, rule, setting
 
 
@@ -153,7 +153,7 @@ class ModelFile(_FileEntry):
 
     version: Literal[1] = setting(..., "", "of this layout")
     rig: str = setting(..., "", "how the instrument couples to the tissue")
-    tissue: Literal[tuple(TISSUES)] = setting(..., "", "the tissue that the tip presses on")
+    tissue: TissueName = setting(..., "", "the tissue that the tip presses on")
     size: Size = setting(Size(), "", "by which constants of its laws are larger, such as a depth")
     effects: tuple[EffectEntry, ...] = setting((), "", "further physics, in order")
     constants: dict[str, ModelNumber] = setting(..., "", "the rig's")
@@ -349,7 +349,7 @@ def _effect(path: Path, entry: EffectEntry, library: Mapping[str, Effect], scale
             f"{path}: effect {entry.name} has no form {entry.form}: give 0 to {len(forms) - 1}"
         )
     form, ours = forms[entry.form], effect is EFFECTS.get(entry.name)
-    return sized(form, scale) if ours and not form.absolute else form
+    return resize_effect(form, scale) if ours and not form.absolute else form
 
 
 def _consistent(path: Path, file: ModelFile, composition: Composition) -> None:

@@ -6,11 +6,17 @@ one after the other, so that a compiler knows where all of them lie. Further arg
 the coil's course u is its position, or its force where that is the input.
 """
 
+from __future__ import annotations
+
 import ctypes
+from typing import TYPE_CHECKING, TypeAlias
 
 import llvmlite.binding as llvm
 from numba import types
 
+from tissue_probe.physics.pointers import Pointer
+
+Numbers: TypeAlias = "Pointer[float]"
 _F8, _P = types.float64, types.CPointer(types.float64)
 _AT = (_F8, *6 * [_P])
 
@@ -20,9 +26,27 @@ LINKED = ("rate", "output", "switch")
 for _name in LINKED:
     llvm.add_symbol(_name, ctypes.cast(ctypes.pythonapi.Py_FatalError, ctypes.c_void_p).value)
 
-#: Fills f = z' and its derivatives dT along T.
-rate = types.ExternalFunction("rate", types.void(*_AT, _P, _P))
-#: Returns the output; fills its derivatives.
-output = types.ExternalFunction("output", types.float64(*_AT, _P))
-#: Of f, fills g, which stays positive while a switch stays as it is, g', and the derivatives of g.
-switch = types.ExternalFunction("switch", types.void(*_AT, _P, _P, _P, _P))
+if TYPE_CHECKING:
+
+    def rate(
+        t: float, z: Numbers, p: Numbers, u: Numbers, mode: Numbers, T: Numbers, dU: Numbers,
+        f: Numbers, slope: Numbers,
+    ) -> None:  # fmt: skip
+        """Fill f = z' and its derivatives dT along T."""
+
+    def output(
+        t: float, z: Numbers, p: Numbers, u: Numbers, mode: Numbers, T: Numbers, dU: Numbers,
+        slope: Numbers,
+    ) -> float:  # fmt: skip
+        """Return the output; fill its derivatives."""
+
+    def switch(
+        t: float, z: Numbers, p: Numbers, u: Numbers, mode: Numbers, T: Numbers, dU: Numbers,
+        f: Numbers, g: Numbers, g_rate: Numbers, slope: Numbers,
+    ) -> None:  # fmt: skip
+        """Of f, fill g, which stays positive while a switch stays as it is, g', and dg."""
+
+else:
+    rate = types.ExternalFunction("rate", types.void(*_AT, _P, _P))
+    output = types.ExternalFunction("output", types.float64(*_AT, _P))
+    switch = types.ExternalFunction("switch", types.void(*_AT, _P, _P, _P, _P))

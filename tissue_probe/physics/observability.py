@@ -54,4 +54,4 @@ def is_observable(matrix: sp.Matrix, values: Mapping[sp.Symbol, float]) -> bool:
     numbers = matrix.subs({symbol: sp.nsimplify(value) for symbol, value in values.items()})
     if numbers.free_symbols:
         raise ValueError(f"no value given for {sorted(map(str, numbers.free_symbols))}")
-    return numbers.rank() == matrix.cols
+    return bool(numbers.rank() == matrix.cols)

@@ -12,7 +12,7 @@ import sympy as sp
 from sympy.printing.pycode import PythonCodePrinter
 
 
-class _PythonPrinter(PythonCodePrinter):
+class _PythonPrinter(PythonCodePrinter):  # type: ignore[misc]  # SymPy has no types
     """Python that loses no digit of a constant."""
 
     def _print_Float(self, expression: sp.Float) -> str:  # noqa: N802
@@ -22,7 +22,7 @@ class _PythonPrinter(PythonCodePrinter):
         # Numba raises where zero is taken to a negative power; one over zero is infinity.
         if expression.exp.is_Integer and expression.exp < -1:
             return f"(1.0 / {self._print(1 / expression)})"
-        return super()._print_Pow(expression, rational)
+        return str(super()._print_Pow(expression, rational))
 
     def _print_Heaviside(self, expression: sp.Expr) -> str:  # noqa: N802
         return f"(1.0 if {self._print(expression.args[0])} > 0 else 0.0)"
@@ -39,7 +39,7 @@ _printer = _PythonPrinter()
 
 # More variables than these are kept in an array: the time that Numba takes to compile a loop grows
 # with the number of its variables times the length of the function.
-MANY = 30
+MANY_VARIABLES = 30
 
 
 class Program:
@@ -118,7 +118,11 @@ class Program:
         """Introduce variables, which a loop may assign anew, with their values at the start."""
         start = sp.Matrix(start)
         count, own = len(start), f"{name}_{self._next()}"
-        names = self._elements(own, count) if count > MANY else [f"{own}_{i}" for i in range(count)]
+        names = (
+            self._elements(own, count)
+            if count > MANY_VARIABLES
+            else [f"{own}_{i}" for i in range(count)]
+        )
         symbols = sp.Matrix(*start.shape, [sp.Symbol(each, real=True) for each in names])
         self.assign(symbols, start)
         return symbols
@@ -135,7 +139,7 @@ class Program:
 
     def now(self, variables: sp.Matrix) -> sp.Matrix:
         """Return symbols for the present values of variables; those in an array are read once."""
-        if len(variables) <= MANY:
+        if len(variables) <= MANY_VARIABLES:
             return variables
         symbols = [sp.Symbol(f"now_{self._next()}", real=True) for _ in variables]
         for symbol, variable in zip(symbols, variables, strict=True):
@@ -144,7 +148,7 @@ class Program:
 
     def assign(self, variables: sp.Matrix, values: sp.Matrix) -> None:
         """Give variables new values, all at once."""
-        if len(variables) > MANY:
+        if len(variables) > MANY_VARIABLES:
             for variable, value in zip(variables, self.let_matrix("new", values), strict=True):
                 self.set(str(variable), value)
         elif len(variables):

@@ -16,8 +16,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from tissue_probe.call_cache import for_a_call
 from tissue_probe.jumps import jumps
-from tissue_probe.kept import for_a_call
 from tissue_probe.physics import machine_code, numba_code
 from tissue_probe.physics.interpolation import (
     between_jumps,
@@ -28,7 +28,7 @@ from tissue_probe.physics.interpolation import (
     with_acceleration,
 )
 from tissue_probe.physics.machine_code import MachineCode, Text, Written
-from tissue_probe.physics.rounding import smoothed
+from tissue_probe.physics.rounding import smooth_rounding
 from tissue_probe.physics.scale import Scale
 from tissue_probe.physics.smooth_course import splines
 from tissue_probe.signals import IntArray
@@ -44,9 +44,9 @@ _POSITION = ctypes.CFUNCTYPE(None, ctypes.c_int64, *5 * [ctypes.c_void_p])
 #: Ranges of the tip's speed, each of which has its own length of steps.
 RANGES = 18
 #: Degree of the usual course.
-CUBIC = 3
+COURSE_DEGREE = 3
 #: Bytes of a line of the processor's cache.
-LINE = 64
+CACHE_LINE = 64
 
 
 @dataclass(frozen=True)
@@ -149,10 +149,10 @@ class ResponseKernel:
 
     def _begin(
         self, values: FloatArray, position: float, force: float, input2: float = 0.0
-    ) -> FloatArray:
+    ) -> tuple[FloatArray, FloatArray]:
         z, p = np.zeros((2, len(self.states))), np.ascontiguousarray(values, dtype=np.float64)
         _BEGIN(self.code.addresses["begin"])(p.ctypes.data, position, force, input2, z.ctypes.data)
-        return z
+        return z[0], z[1]
 
     def position(
         self, times: FloatArray, true: FloatArray, values: FloatArray, changes: FloatArray
@@ -201,12 +201,12 @@ class Fineness:
         How many times more parts a step is divided into than the model's fastest eigenvalue asks.
     """
 
-    degree: int = CUBIC
+    degree: int = COURSE_DEGREE
     parts: int = 1
 
 
 #: As coarse as ever.
-USUAL = Fineness()
+USUAL_FINENESS = Fineness()
 
 
 @dataclass(frozen=True)
@@ -247,7 +247,7 @@ def course(
     begins: float = 0.0,
     at_rest: bool = True,
     between: Between = Between.smooth,
-    fineness: Fineness = USUAL,
+    fineness: Fineness = USUAL_FINENESS,
     input2: FloatArray | None = None,
 ) -> Course:
     """Interpolate the true course of the input through its measured samples.
@@ -302,10 +302,11 @@ def _of_driver(
     if not (rounded or kernel.moves_position or len(kernel.course_columns)):
         return _as_measured(true.tobytes(), period, begins, between, felt, fineness)
     if rounded:
-        true = smoothed(true, values[kernel.rounded]).course.copy()
+        true = smooth_rounding(true, values[kernel.rounded]).course.copy()
     changed = np.zeros((len(kernel.course_columns), measured.size))
     if kernel.moves_position:
-        kernel.position(begins + np.arange(true.size) * period, true, values, changed)
+        times = begins + np.arange(true.size, dtype=float) * period
+        kernel.position(times, true, values, changed)
     if kernel.shifts:
         true, changed = _shifted(true, changed, period, kernel.late * values[kernel.delay], at_rest)
         changed[-1] *= kernel.late
@@ -381,7 +382,7 @@ def _pieces(
         return steps(values)
     if between is Between.straight:
         return lines(values, period)
-    if degree > CUBIC and values.size >= 2 * degree:
+    if degree > COURSE_DEGREE and values.size >= 2 * degree:
         return splines(values, period, degree)
     pieces = cubics(values, period)
     return with_acceleration(pieces, period) if felt else pieces
@@ -474,8 +475,8 @@ def _in_steps(n: int, columns: int, switches: int) -> tuple[FloatArray, ...]:
 
 def _aligned(count: int) -> FloatArray:
     """Return zeros that begin where a line of the cache does: read by fours, none crosses one."""
-    zeros = np.zeros(count + LINE // 8)
-    return zeros[-zeros.ctypes.data % LINE // 8 :][:count]
+    zeros = np.zeros(count + CACHE_LINE // 8)
+    return zeros[-zeros.ctypes.data % CACHE_LINE // 8 :][:count]
 
 
 def _exactly(n: int, columns: int, order: int) -> tuple[FloatArray, ...]:

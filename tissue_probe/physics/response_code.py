@@ -16,7 +16,7 @@ import sympy as sp
 from llvmlite import ir
 
 from tissue_probe.physics.effects.effect import FORCE, INPUT2, POSITION, TIME, State
-from tissue_probe.physics.llvm_code import ARRAY, COUNT, NUMBER, Function
+from tissue_probe.physics.llvm_code import ARRAY, COUNT_TYPE, NUMBER, Function
 from tissue_probe.physics.machine_code import Text
 from tissue_probe.physics.model import Model
 
@@ -95,7 +95,7 @@ class _Constants:
         self.values = list(values)
         self.known: dict[sp.Expr, sp.Symbol] = {}
 
-    def taken_out(self, expression: sp.Basic) -> sp.Basic:
+    def take_out(self, expression: sp.Basic) -> sp.Basic:
         """Return an expression with a symbol for each of its parts that no state or input is in."""
         if expression.is_Atom:
             return expression
@@ -103,10 +103,10 @@ class _Constants:
             name = sp.Symbol(f"{PREPARED}_{len(self.known)}", real=True)
             return self.known.setdefault(expression, name)
         if not (expression.is_Add or expression.is_Mul):
-            return expression.func(*map(self.taken_out, expression.args))
+            return expression.func(*map(self.take_out, expression.args))
         own = [each for each in expression.args if self._is_constant(each)]
-        others = [self.taken_out(each) for each in expression.args if not self._is_constant(each)]
-        return expression.func(self.taken_out(expression.func(*own)), *others)
+        others = [self.take_out(each) for each in expression.args if not self._is_constant(each)]
+        return expression.func(self.take_out(expression.func(*own)), *others)
 
     def _is_constant(self, expression: sp.Basic) -> bool:
         """Whether it is a number that the values give; a condition is none."""
@@ -120,7 +120,7 @@ class _Constants:
         """Add the function that fills the prepared numbers."""
         function = Function(module, "prepare", {"p": ARRAY})
         function.load("p", self.values)
-        function.store("p", function.named(list(self.known)), len(self.values))
+        function.store("p", function.name_values(list(self.known)), len(self.values))
         function.end()
 
 
@@ -149,9 +149,9 @@ class _Along:
         by_state = rows.jacobian(model.states) if len(model.states) else sp.zeros(rows.rows, 0)
         by_input = rows.jacobian(model.course) if self.moved else sp.zeros(rows.rows, 0)
         parts = (by_state, by_input, rows.jacobian(model.values))
-        wanted = [self.constants.taken_out(each) for m in (values, *parts) for each in m]
+        wanted = [self.constants.take_out(each) for m in (values, *parts) for each in m]
         self._load(function)
-        named = iter(function.named(wanted))
+        named = iter(function.name_values(wanted))
         first = [next(named) for _ in values]
         by_state, by_input, by_value = (
             sp.Matrix(*m.shape, [next(named) for _ in m]) for m in parts
@@ -241,13 +241,13 @@ def _relaxation_rate(model: Model, state: State) -> sp.Expr:
 def _position(module: ir.Module, model: Model, moves: Sequence[sp.Symbol]) -> None:
     """Fill the true positions of all samples, then, a row for each value, their derivatives."""
     arrays = dict.fromkeys(("times", "measured", "p", "true", "changed"), ARRAY)
-    function = Function(module, "position", {"count": COUNT, **arrays})
+    function = Function(module, "position", {"count": COUNT_TYPE, **arrays})
     function.load("p", model.values)
     with function.loop("count") as sample:
         function.load("times", [TIME], sample)
         function.load("measured", [POSITION], sample)
         wanted = [model.position, *(model.position.diff(symbol) for symbol in moves)]
-        true, *changes = function.named(wanted)
+        true, *changes = function.name_values(wanted)
         function.store("true", [true], sample)
         for row, change in enumerate(changes):
             function.store("changed", [change], function.in_row(row, sample, "count"))

@@ -12,19 +12,19 @@ from numpy.typing import NDArray
 from scipy.linalg import solveh_banded
 from scipy.ndimage import uniform_filter1d
 
-from tissue_probe.kept import for_a_call
+from tissue_probe.call_cache import for_a_call
 
 FloatArray = NDArray[np.float64]
 
 #: Finer steps are an encoder's own, and smaller than the force can tell [m].
-COARSE = 3e-7
+COARSE_STEP = 3e-7
 #: Order of the difference that is kept small; the response falls with its double.
-ORDER = 4
+DIFFERENCE_ORDER = 4
 #: Samples over which the roughness of a motion counts as one.
-WINDOW = 200
+ROUGHNESS_WINDOW = 200
 #: Weights of roughness that are tried, by halving; beyond, the equations lose their digits.
-LIGHTEST, HEAVIEST, HALVINGS = 1e-9, 1e9, 12
-ROUNDS = 4
+LIGHTEST, HEAVIEST, WEIGHT_HALVINGS = 1e-9, 1e9, 12
+SMOOTHING_ROUNDS = 4
 #: No sample was rounded by more than half a step: those that seem to have been are trusted more by
 #: this factor, again and again.
 PULL, PULLS = 2.0, 16
@@ -43,7 +43,7 @@ class SmoothedCourse:
     error: FloatArray
 
 
-def smoothed(position: FloatArray, step: float, fine: bool = False) -> SmoothedCourse:
+def smooth_rounding(position: FloatArray, step: float, fine: bool = False) -> SmoothedCourse:
     """Return the smoothest course within the errors of rounding.
 
     Rounding to ``step`` q is taken as white noise of variance q^2/12 (Widrow and Kollar 2008),
@@ -60,8 +60,8 @@ def smoothed(position: FloatArray, step: float, fine: bool = False) -> SmoothedC
     step : float
         The step of the rounding [m], positive.
     fine : bool
-        Whether the step is an encoder's own, finer than ``COARSE``: then all of its due is taken
-        off, but for the ends, where the course stays with the reading.
+        Whether the step is an encoder's own, finer than ``COARSE_STEP``: then all of its due is
+        taken off, but for the ends, where the course stays with the reading.
     """
     data = np.ascontiguousarray(position, dtype=np.float64).tobytes()
     return _smoothed(data, float(step), fine)
@@ -70,17 +70,19 @@ def smoothed(position: FloatArray, step: float, fine: bool = False) -> SmoothedC
 @for_a_call(8)
 def _smoothed(position: bytes, step: float, fine: bool) -> SmoothedCourse:
     rounded = np.frombuffer(position) / step * np.sqrt(12.0)
-    if rounded.size <= 2 * ORDER:
+    if rounded.size <= 2 * DIFFERENCE_ORDER:
         return SmoothedCourse(np.frombuffer(position), np.zeros(rounded.size))
     random = np.random.default_rng(0)
     probe = random.standard_normal(rounded.size)
-    count = rounded.size - ORDER
+    count = rounded.size - DIFFERENCE_ORDER
     shape = edges = _edges(count) if fine else np.ones(count)
     share = 1.0 if fine else CAUTION
-    for _ in range(ROUNDS):
+    for _ in range(SMOOTHING_ROUNDS):
         weight = _balanced(rounded, probe, shape, share)
         course = _solve(weight, rounded)
-        roughness = uniform_filter1d(np.diff(course, ORDER) ** 2, WINDOW, mode="nearest")
+        roughness = uniform_filter1d(
+            np.diff(course, DIFFERENCE_ORDER) ** 2, ROUGHNESS_WINDOW, mode="nearest"
+        )
         shape = edges * roughness.mean() / (roughness + 1e-4 * roughness.mean() + 1e-300)
     trust = np.ones(rounded.size)
     if not fine:
@@ -122,7 +124,8 @@ def _edges(count: int) -> FloatArray:
     """Let the bandwidth of the smoother, the eighth root of its weight, open towards the ends."""
     place = np.arange(count) + 0.5
     near = np.minimum(place, place[::-1]) / EDGE
-    return np.minimum(near, 1.0) ** (2 * ORDER)
+    found: FloatArray = np.minimum(near, 1.0) ** (2 * DIFFERENCE_ORDER)
+    return found
 
 
 def _balanced(
@@ -134,30 +137,31 @@ def _balanced(
     (Hutchinson 1989).
     """
     low, high = np.log(LIGHTEST), np.log(HEAVIEST)
-    for _ in range(HALVINGS):
+    for _ in range(WEIGHT_HALVINGS):
         middle = 0.5 * (low + high)
         weight = np.minimum(np.exp(middle) * shape, HEAVIEST)
         course, followed = _solve(weight, np.stack([rounded, probe], axis=1)).T
         due = share * (rounded.size - probe @ followed)
         too_smooth = np.sum((course - rounded) ** 2) > due
         low, high = (low, middle) if too_smooth else (middle, high)
-    return np.minimum(np.exp(low) * shape, HEAVIEST)
+    found: FloatArray = np.minimum(np.exp(low) * shape, HEAVIEST)
+    return found
 
 
 def _solve(weight: FloatArray, right: FloatArray, trust: FloatArray | float = 1.0) -> FloatArray:
     """Solve (T + D' W D) s = right, D the fourth difference, W the weights, T those of samples."""
     count = right.shape[0]
-    stencil = np.diff(np.eye(ORDER + 1), ORDER, axis=0)[0]
-    bands = np.zeros((ORDER + 1, count))
+    stencil = np.diff(np.eye(DIFFERENCE_ORDER + 1), DIFFERENCE_ORDER, axis=0)[0]
+    bands = np.zeros((DIFFERENCE_ORDER + 1, count))
     bands[0] = trust
-    for row in range(ORDER + 1):
-        for column in range(row, ORDER + 1):
+    for row in range(DIFFERENCE_ORDER + 1):
+        for column in range(row, DIFFERENCE_ORDER + 1):
             bands[column - row, row : row + weight.size] += weight * stencil[row] * stencil[column]
     return np.asarray(solveh_banded(bands, right, lower=True, check_finite=False))
 
 
 def _difference_transposed(values: FloatArray) -> FloatArray:
     """Return D' values: the transpose of ``np.diff`` to the fourth order."""
-    for _ in range(ORDER):
+    for _ in range(DIFFERENCE_ORDER):
         values = -np.diff(values, prepend=0.0, append=0.0)
     return values

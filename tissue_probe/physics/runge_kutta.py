@@ -5,21 +5,24 @@ Contents: the steps, and switches found within a step, in Numba's Python.
 Imported only where machine code of a model has to be made: that takes seconds.
 """
 
+from __future__ import annotations
+
 import math
 
-from numba import cfunc, njit
+from numba import cfunc
 
 from tissue_probe.physics.coil_course import coil_course
 from tissue_probe.physics.model_functions import LINKED, output, rate, switch  # noqa: F401
-from tissue_probe.physics.pointers import OPTIONS, RUN, further
+from tissue_probe.physics.pointers import RUN_TYPE, Pointer, compile_fused, compile_inner, further
 
-# The fastest eigenvalue times a part's length stays below LONGEST: a step is divided. A branch that
-# relaxes follows the tip's speed, which is smooth, and its rate times the length below SMOOTHLY.
-LONGEST, SMOOTHLY = 0.8, 1.6
-FEWEST, MOST = 1, 64
+# The fastest eigenvalue times a part's length stays below LONGEST_PART: a step is divided. A branch
+# that relaxes follows the tip's speed, which is smooth; its rate times the length is below
+# SMOOTHLY.
+LONGEST_PART, SMOOTHLY = 0.8, 1.6
+FEWEST_PARTS, MOST_PARTS = 1, 64
 # Friction is stiff at rest, yielding at speed: a step is divided by the number found in its range
-# of the tip's speed. The ranges are those up to SLOWEST [m/s], twice that and so on.
-SLOWEST = 1e-5
+# of the tip's speed. The ranges are those up to SLOWEST_TIP [m/s], twice that and so on.
+SLOWEST_TIP = 1e-5
 # A range is looked at when it is met the first time, so many times later, and ever more rarely.
 AGAIN = 16.0
 # Switches within one part beyond this many are left to the next one (chatter).
@@ -34,8 +37,16 @@ FORGOTTEN = 1e-100
 SQUARINGS = 7
 
 
-@njit(**OPTIONS, fastmath={"contract"})
-def _to_stage(count, z, part, f, weight, total, z1):
+@compile_fused
+def _to_stage(
+    count: int,
+    z: Pointer[float],
+    part: float,
+    f: Pointer[float],
+    weight: float,
+    total: Pointer[float],
+    z1: Pointer[float],
+) -> None:
     """Go on by a part of the step; add the rates to their total, which begins with weight 1."""
     if weight == 1.0:
         for j in range(count):
@@ -47,30 +58,61 @@ def _to_stage(count, z, part, f, weight, total, z1):
             z1[j] = z[j] + part * f[j]
 
 
-@njit(**OPTIONS, fastmath={"contract"})
-def _to_end(count, z, h, total, f, z1):
+@compile_fused
+def _to_end(
+    count: int,
+    z: Pointer[float],
+    h: float,
+    total: Pointer[float],
+    f: Pointer[float],
+    z1: Pointer[float],
+) -> None:
     """Go on to the end of the step; ``f`` are the rates there."""
     for j in range(count):
         z1[j] = z[j] + h / 6.0 * (total[j] + f[j])
 
 
-@njit(**OPTIONS)
-def _forget(count, T):
+@compile_inner
+def _forget(count: int, T: Pointer[float]) -> None:
     for j in range(count):
         T[j] = 0.0 if abs(T[j]) < FORGOTTEN else T[j]
 
 
-@njit(**OPTIONS)
-def _copy(count, z, z1):
+@compile_inner
+def _copy(count: int, z: Pointer[float], z1: Pointer[float]) -> None:
     for j in range(count):
         z1[j] = z[j]
 
 
-@njit(**OPTIONS)
+@compile_inner
 def _advance(
-    n, q, t, p, z, T, pieces, changes, columns, r, order, w, count, sample, since, h, mode, u, dU,
-    first, f, slope, total, totals, z1, T1,
-):  # fmt: skip
+    n: int,
+    q: int,
+    t: float,
+    p: Pointer[float],
+    z: Pointer[float],
+    T: Pointer[float],
+    pieces: Pointer[float],
+    changes: Pointer[float],
+    columns: Pointer[int],
+    r: int,
+    order: int,
+    w: int,
+    count: int,
+    sample: int,
+    since: float,
+    h: float,
+    mode: Pointer[float],
+    u: Pointer[float],
+    dU: Pointer[float],
+    first: Pointer[float],
+    f: Pointer[float],
+    slope: Pointer[float],
+    total: Pointer[float],
+    totals: Pointer[float],
+    z1: Pointer[float],
+    T1: Pointer[float],
+) -> None:
     """Advance states and tangents by ``h``, from ``since`` after the sample, into z1 and T1.
 
     ``first`` and ``f`` are then the rates at the beginning and at the end.
@@ -91,8 +133,8 @@ def _advance(
     _to_end(n * q, T, h, totals, slope, T1)
 
 
-@njit(**OPTIONS)
-def _fastest_branch(A, n, tip):
+@compile_inner
+def _fastest_branch(A: Pointer[float], n: int, tip: int) -> float:
     """Return the fastest rate at which a state forgets that only the tip's speed moves.
 
     It is taken out of the matrix: without it a branch is the spring that it is at once.
@@ -108,8 +150,23 @@ def _fastest_branch(A, n, tip):
     return fastest
 
 
-@njit(**OPTIONS)
-def _parts(n, q, t, p, z, u, mode, dU, tip, slope, squared, T, f, period):
+@compile_inner
+def _parts(
+    n: int,
+    q: int,
+    t: float,
+    p: Pointer[float],
+    z: Pointer[float],
+    u: Pointer[float],
+    mode: Pointer[float],
+    dU: Pointer[float],
+    tip: int,
+    slope: Pointer[float],
+    squared: Pointer[float],
+    T: Pointer[float],
+    f: Pointer[float],
+    period: float,
+) -> int:
     """Return into how many parts a step is divided, of the fastest eigenvalue at a state.
 
     ``slope``, ``squared``, ``T`` and ``f`` are overwritten.
@@ -125,7 +182,7 @@ def _parts(n, q, t, p, z, u, mode, dU, tip, slope, squared, T, f, period):
         for j in range(n):
             T[i * n + j] = slope[i * q + j]
     relaxing = _fastest_branch(T, n, tip) * period / SMOOTHLY
-    fewest = max(FEWEST, math.ceil(min(relaxing, MOST)))
+    fewest = max(FEWEST_PARTS, math.ceil(min(relaxing, MOST_PARTS)))
     logarithm = 0.0
     for squaring in range(SQUARINGS + 1):
         norm = 0.0
@@ -135,7 +192,7 @@ def _parts(n, q, t, p, z, u, mode, dU, tip, slope, squared, T, f, period):
         if norm == 0.0:
             return fewest
         if not norm < math.inf:
-            return MOST
+            return MOST_PARTS
         logarithm = 2.0 * logarithm + math.log(norm)
         if squaring == SQUARINGS:
             break
@@ -148,13 +205,13 @@ def _parts(n, q, t, p, z, u, mode, dU, tip, slope, squared, T, f, period):
                 for j in range(n):
                     T[i * n + j] += factor * squared[k * n + j]
     fastest = math.exp(logarithm / 2.0**SQUARINGS)
-    if not fastest * period / LONGEST < MOST:
-        return MOST
-    return max(fewest, math.ceil(fastest * period / LONGEST))
+    if not fastest * period / LONGEST_PART < MOST_PARTS:
+        return MOST_PARTS
+    return max(fewest, math.ceil(fastest * period / LONGEST_PART))
 
 
-@njit(**OPTIONS)
-def _lowest(g, rise, g1, rise1):
+@compile_inner
+def _lowest(g: float, rise: float, g1: float, rise1: float) -> tuple[float, float]:
     """Return where a cubic from g to g1 of these slopes is lowest between, and how low.
 
     A switch may turn within a part and back again: a tip that hardly pulls itself off.
@@ -167,8 +224,8 @@ def _lowest(g, rise, g1, rise1):
     return share, g + share * (rise + share * (square + share * cube))
 
 
-@cfunc(RUN, error_model="numpy")
-def run(arrays, sizes, period, begins):
+@cfunc(RUN_TYPE, error_model="numpy")
+def run(arrays: Pointer[Pointer[float]], sizes: Pointer[int], period: float, begins: float) -> None:
     """Integrate.
 
     ``sizes`` are n, q, len p, s, r, samples, tip, ranges of the tip's speed, coefficients of a
@@ -216,7 +273,7 @@ def run(arrays, sizes, period, begins):
         before = speed
         parts = 1
         for at in (speed, 0.0 if ahead * speed <= 0.0 else ahead):
-            pace = min(int(math.log2(max(abs(at) / SLOWEST, 1.0))), ranges - 1)
+            pace = min(int(math.log2(max(abs(at) / SLOWEST_TIP, 1.0))), ranges - 1)
             met[pace] += 1
             if met[pace] == due[pace]:
                 due[pace] = max(2.0 * due[pace], AGAIN)

@@ -16,10 +16,10 @@ from functools import lru_cache
 
 #: Sizes are powers of these: so steps of a prefix (um, mm, m; mN, N, kN) change
 #: nothing but the units.
-STEP = 1000.0
+PREFIX_STEP = 1000.0
 #: Exponents of length, force, time and second input in the units of which those of parameters are
 #: made. The unit of a second input is that of its channel.
-UNITS: dict[str, tuple[int, int, int, int]] = {
+UNIT_EXPONENTS: dict[str, tuple[int, int, int, int]] = {
     "m": (1, 0, 0, 0),
     "N": (0, 1, 0, 0),
     "s": (0, 0, 1, 0),
@@ -63,8 +63,8 @@ class Scale:
         Parameters
         ----------
         unit : str
-            A product of ``UNITS`` and their powers, such as "N s/m" or "N/m^3": a unit after a
-            stroke divides. "1" and nothing are units, too.
+            A product of ``UNIT_EXPONENTS`` and their powers, such as "N s/m" or "N/m^3": a unit
+            after a stroke divides. "1" and nothing are units, too.
 
         Raises
         ------
@@ -80,13 +80,13 @@ USUAL = Scale()
 
 
 def nearest(size: float, usual: float) -> float:
-    """Return the power of ``STEP`` by which a size is nearest to the usual; 1 where there is none.
+    """Return the power of ``PREFIX_STEP`` by which a size is nearest to the usual; 1 if none is.
 
     As a power of ten in whole digits, so that a record in other units gives the same numbers.
     """
     if not 0.0 < size < math.inf:
         return 1.0
-    return float(f"1e{3 * math.floor(math.log(size / usual, STEP) + 0.5)}")
+    return float(f"1e{3 * math.floor(math.log(size / usual, PREFIX_STEP) + 0.5)}")
 
 
 @lru_cache(maxsize=256)
@@ -97,8 +97,8 @@ def _exponents(unit: str) -> tuple[int, int, int, int]:
             continue
         name, _, power = factor.removeprefix("/").partition("^")
         sign = -1 if factor.startswith("/") else 1
-        if name not in UNITS or not (power or "1").lstrip("-").isdigit():
-            raise UnitError(f"the unit {unit!r} is not made of {', '.join(UNITS)}")
-        for place, exponent in enumerate(UNITS[name]):
+        if name not in UNIT_EXPONENTS or not (power or "1").lstrip("-").isdigit():
+            raise UnitError(f"the unit {unit!r} is not made of {', '.join(UNIT_EXPONENTS)}")
+        for place, exponent in enumerate(UNIT_EXPONENTS[name]):
             found[place] += sign * int(power or 1) * exponent
     return found[0], found[1], found[2], found[3]

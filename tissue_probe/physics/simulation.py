@@ -12,7 +12,7 @@ import numpy as np
 import sympy as sp
 from numpy.typing import NDArray
 
-from tissue_probe.physics import compiled
+from tissue_probe.physics import code_cache
 from tissue_probe.physics.discretise import accurate_step
 from tissue_probe.physics.model import Model
 from tissue_probe.physics.program import Program
@@ -82,7 +82,7 @@ def simulate(
         Values of ``model.states`` at the first sample; at rest at 0 by default.
     """
     count, total = len(model.states), len(model.states) + len(model.parameters)
-    kernel = compiled.module(f"simulate_{name}", lambda: _source(model))
+    kernel = code_cache.module(f"simulate_{name}", lambda: _source(model))
     values = np.array([*constants, *parameters], dtype=np.float64)
     z = np.zeros(count) if start is None else np.array(start, dtype=np.float64)
     tangent = np.eye(count, total)

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from tissue_probe.kept import for_a_call
+from tissue_probe.call_cache import for_a_call
 
 if TYPE_CHECKING:
     from scipy.sparse import csr_array
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 FloatArray = NDArray[np.float64]
 
 #: Degree of the splines by which a simulation is read off: it may have bends.
-CUBIC = 3
+SPLINE_DEGREE = 3
 
 
 class _Spline(NamedTuple):
@@ -70,7 +70,8 @@ def splines(values: FloatArray, period: float, degree: int) -> FloatArray:
     spline = _spline(len(values), degree)
     found, _ = dgbtrs(spline.factor, degree, degree, values, spline.pivots)
     powers = period ** np.arange(degree, -1, -1.0)
-    return (spline.pieces @ found).reshape(degree + 1, -1) / powers[:, np.newaxis]
+    result: FloatArray = (spline.pieces @ found).reshape(degree + 1, -1) / powers[:, np.newaxis]
+    return result
 
 
 def at_times(columns: FloatArray, period: float, times: FloatArray) -> FloatArray:
@@ -91,10 +92,11 @@ def at_times(columns: FloatArray, period: float, times: FloatArray) -> FloatArra
     """
     from scipy.linalg.lapack import dgbtrs
 
-    spline = _spline(len(columns), CUBIC)
-    found, _ = dgbtrs(spline.factor, CUBIC, CUBIC, columns, spline.pivots)
+    spline = _spline(len(columns), SPLINE_DEGREE)
+    found, _ = dgbtrs(spline.factor, SPLINE_DEGREE, SPLINE_DEGREE, columns, spline.pivots)
     read = _values(len(columns), (times / period).tobytes())
-    return (read @ found).reshape(len(times), *columns.shape[1:])
+    result: FloatArray = (read @ found).reshape(len(times), *columns.shape[1:])
+    return result
 
 
 @for_a_call(16)
@@ -103,7 +105,7 @@ def _values(count: int, places: bytes) -> csr_array:
     from scipy.interpolate import BSpline
 
     at = np.minimum(np.frombuffer(places), count - 1.0)
-    return BSpline.design_matrix(at, _knots(count, CUBIC), CUBIC)
+    return BSpline.design_matrix(at, _knots(count, SPLINE_DEGREE), SPLINE_DEGREE)
 
 
 @for_a_call(16)

@@ -10,7 +10,7 @@ from tissue_probe.physics.effects.effect import NET_FORCE, TIP_VELOCITY, Switch
 #: Transition velocity [m/s] of friction that creeps, below which it is hardly told from sticking.
 SHARPEST = 1e-4
 #: A recording may begin in motion: a tip that moves faster than this [m/s] slides.
-STILL = 1e-6
+STILL_TIP = 1e-6
 #: More than any force [N]: a tip that slides one way does not begin to slide the other.
 BARRED = 1e9
 
@@ -32,7 +32,7 @@ def sliding(name: str, breakaway: sp.Expr) -> tuple[Switch, Switch]:
     forward, back = sp.symbols(f"{name}_forward {name}_back", nonnegative=True)
 
     def switch(own: sp.Symbol, other: sp.Symbol, way: int) -> Switch:
-        holds = sp.Min(breakaway - way * NET_FORCE, STILL - way * TIP_VELOCITY)
+        holds = sp.Min(breakaway - way * NET_FORCE, STILL_TIP - way * TIP_VELOCITY)
         return Switch(
             own,
             on=way * TIP_VELOCITY,

@@ -16,6 +16,7 @@ from tissue_probe.physics.effects.effect import (
     TIP_VELOCITY,
     State,
 )
+from tissue_probe.physics.tissue_names import TissueName
 
 EXTENSION = sp.Symbol("spring_extension", real=True)
 
@@ -27,13 +28,13 @@ class Tissue:
     Further effects that belong to it stand in ``kinds``.
     """
 
-    name: str
+    name: TissueName
     force: sp.Expr
     states: tuple[State, ...] = ()
 
 
 _SOLID = STIFFNESS * INDENTATION + DAMPING * TIP_VELOCITY
-TISSUES = {
+TISSUES: dict[str, Tissue] = {
     tissue.name: tissue
     for tissue in (
         Tissue("kelvin_voigt", _SOLID),

@@ -5,23 +5,25 @@ Contents: the transition over one sample and its use, in Numba's Python.
 Imported only where machine code of a model has to be made: that takes seconds.
 """
 
+from __future__ import annotations
+
 import math
 
-from numba import cfunc, njit
+from numba import cfunc
 
 from tissue_probe.physics.coil_course import coil_course
 from tissue_probe.physics.model_functions import LINKED, output, rate  # noqa: F401
-from tissue_probe.physics.pointers import OPTIONS, RUN, further
+from tissue_probe.physics.pointers import RUN_TYPE, Pointer, compile_fused, compile_inner, further
 
-# Terms of the Taylor series; a step is halved until the argument of its terms is below LARGEST.
-ORDER, LARGEST, HALVINGS = 11, 0.5, 24
+# Terms of the Taylor series; a step is halved until their argument is below LARGEST_ARGUMENT.
+TAYLOR_TERMS, LARGEST_ARGUMENT, STEP_HALVINGS = 11, 0.5, 24
 # A start of which less is left is forgotten: processors take a hundred times as long to compute
 # with numbers as small as decay ends in (subnormal ones).
 FORGOTTEN = 1e-100
 
 
-@njit(**OPTIONS)
-def _add_product(size, a, b, into):
+@compile_inner
+def _add_product(size: int, a: Pointer[float], b: Pointer[float], into: Pointer[float]) -> None:
     """Add a product of two square matrices to another."""
     for i in range(size):
         for k in range(size):
@@ -31,26 +33,28 @@ def _add_product(size, a, b, into):
                     into[i * size + j] += factor * b[k * size + j]
 
 
-@njit(**OPTIONS)
-def _fill(count, numbers, value):
+@compile_inner
+def _fill(count: int, numbers: Pointer[float], value: float) -> None:
     for i in range(count):
         numbers[i] = value
 
 
-@njit(**OPTIONS)
-def _copy(count, numbers, factor, into):
+@compile_inner
+def _copy(count: int, numbers: Pointer[float], factor: float, into: Pointer[float]) -> None:
     for i in range(count):
         into[i] = factor * numbers[i]
 
 
-@njit(**OPTIONS)
-def _add(count, numbers, into):
+@compile_inner
+def _add(count: int, numbers: Pointer[float], into: Pointer[float]) -> None:
     for i in range(count):
         into[i] += numbers[i]
 
 
-@njit(**OPTIONS, fastmath={"contract"})
-def _add_rows(count, width, factors, rows, into):
+@compile_fused
+def _add_rows(
+    count: int, width: int, factors: Pointer[float], rows: Pointer[float], into: Pointer[float]
+) -> None:
     """Add rows, one after the other, times their factors: by fours, which takes half the time."""
     last = count - count % 4
     for k in range(0, last, 4):
@@ -68,8 +72,10 @@ def _add_rows(count, width, factors, rows, into):
             into[j] += factors[k] * rows[k * width + j]
 
 
-@njit(**OPTIONS, fastmath={"contract"})
-def _add_by_fours(n, stride, width, a, rows, into):
+@compile_fused
+def _add_by_fours(
+    n: int, stride: int, width: int, a: Pointer[float], rows: Pointer[float], into: Pointer[float]
+) -> None:
     """Add a matrix product to a matrix of rows whose length is a multiple of four.
 
     The rows of ``a`` begin ``stride`` elements after one another.
@@ -87,8 +93,22 @@ def _add_by_fours(n, stride, width, a, rows, into):
             into[at], into[at + 1], into[at + 2], into[at + 3] = first, second, third, fourth
 
 
-@njit(**OPTIONS)
-def _coefficients(n, order, q, p, z, mode, u, dU, T, f, slope, M, D):
+@compile_inner
+def _coefficients(
+    n: int,
+    order: int,
+    q: int,
+    p: Pointer[float],
+    z: Pointer[float],
+    mode: Pointer[float],
+    u: Pointer[float],
+    dU: Pointer[float],
+    T: Pointer[float],
+    f: Pointer[float],
+    slope: Pointer[float],
+    M: Pointer[float],
+    D: Pointer[float],
+) -> None:
     """Fill M of (z, w)' = M (z, w) and its derivatives D by the values (see ``_transitions``)."""
     size = n + order + 1
     last = size - 1
@@ -116,8 +136,21 @@ def _coefficients(n, order, q, p, z, mode, u, dU, T, f, slope, M, D):
         M[(n + k) * size + n + k + 1] = k + 1.0
 
 
-@njit(**OPTIONS)
-def _transitions(size, n, values, period, M, D, place, E, G, term, terms, new):
+@compile_inner
+def _transitions(
+    size: int,
+    n: int,
+    values: int,
+    period: float,
+    M: Pointer[float],
+    D: Pointer[float],
+    place: Pointer[float],
+    E: Pointer[float],
+    G: Pointer[float],
+    term: Pointer[float],
+    terms: Pointer[float],
+    new: Pointer[float],
+) -> None:
     """Discretise a linear model: states and coil a sample later (E), and derivatives by values (G).
 
     Only by values that have a place; of others they are zero.
@@ -134,12 +167,14 @@ def _transitions(size, n, values, period, M, D, place, E, G, term, terms, new):
         for k in range(n):
             square += M[i * size + k] * M[k * size + i]
     halvings = 0
-    while math.sqrt(square) * period > LARGEST * 2.0**halvings and halvings < HALVINGS:
+    while (
+        math.sqrt(square) * period > LARGEST_ARGUMENT * 2.0**halvings and halvings < STEP_HALVINGS
+    ):
         halvings += 1
     h = period / 2.0**halvings
     for i in range(size):
         E[i * size + i], term[i * size + i] = 1.0, 1.0
-    for order in range(1, ORDER + 1):
+    for order in range(1, TAYLOR_TERMS + 1):
         for j in range(values):
             if place[j] < 0:
                 continue
@@ -167,8 +202,19 @@ def _transitions(size, n, values, period, M, D, place, E, G, term, terms, new):
         _copy(whole, new, 1.0, E)
 
 
-@njit(**OPTIONS)
-def _by_start(n, q, p, z, mode, u, dU, T, first, row):
+@compile_inner
+def _by_start(
+    n: int,
+    q: int,
+    p: Pointer[float],
+    z: Pointer[float],
+    mode: Pointer[float],
+    u: Pointer[float],
+    dU: Pointer[float],
+    T: Pointer[float],
+    first: Pointer[float],
+    row: Pointer[float],
+) -> None:
     """Fill the output's derivatives by the states: from sample to sample they are times E."""
     _fill(n * q, T, 0.0)
     for i in range(n):
@@ -179,8 +225,16 @@ def _by_start(n, q, p, z, mode, u, dU, T, first, row):
         T[i * q + i] = 0.0
 
 
-@njit(**OPTIONS)
-def _places(size, n, values, D, columns, r, place):
+@compile_inner
+def _places(
+    size: int,
+    n: int,
+    values: int,
+    D: Pointer[float],
+    columns: Pointer[int],
+    r: int,
+    place: Pointer[float],
+) -> int:
     """Give a place to each value that the motion depends on, -1 to others; return how many do."""
     count = 0
     for j in range(values):
@@ -194,8 +248,8 @@ def _places(size, n, values, D, columns, r, place):
     return count
 
 
-@cfunc(RUN, error_model="numpy", fastmath={"contract"})
-def run(arrays, sizes, period, begins):
+@cfunc(RUN_TYPE, error_model="numpy", fastmath={"contract"})
+def run(arrays: Pointer[Pointer[float]], sizes: Pointer[int], period: float, begins: float) -> None:
     """Integrate; ``sizes`` as for ``runge_kutta``.
 
     ``arrays`` are p, z, mode, pieces, changes, coil, those of ``response._exactly``, answer and

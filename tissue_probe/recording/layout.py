@@ -18,7 +18,7 @@ from tissue_probe.recording.units import (
     POSITION_UNITS,
     TIME_UNITS,
     VELOCITY_UNITS,
-    spelt,
+    spell_unit,
     unit_size,
 )
 from tissue_probe.signals import NANOSECONDS
@@ -30,7 +30,7 @@ Clock = Literal["stamps", "recorder"]
 
 def _column(name: str, given: Any) -> str:
     """Take the name of a column, or its number in a file that names none."""
-    if isinstance(given, Integral) and not isinstance(given, bool) and given > 0:
+    if isinstance(given, Integral) and not isinstance(given, bool) and int(given) > 0:
         return str(given)
     if not isinstance(given, str) or not given:
         take.refuse(name, given, "the name of a column, or its number from 1 on")
@@ -52,7 +52,9 @@ def _size(units: Mapping[str, float]) -> take.Kind:
 
 
 def _unit_of_time(name: str, given: Any) -> str:
-    return take.choice(*TIME_UNITS)(name, spelt(given) if isinstance(given, str) else given)
+    return str(
+        take.choice(*TIME_UNITS)(name, spell_unit(given) if isinstance(given, str) else given)
+    )
 
 
 #: The values that each statement may have.

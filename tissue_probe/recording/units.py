@@ -81,7 +81,7 @@ def unit_size(unit: str, units: Mapping[str, float]) -> float:
     ParameterError
         If it is neither.
     """
-    if (size := units.get(spelt(unit))) is not None:
+    if (size := units.get(spell_unit(unit))) is not None:
         return size
     try:
         size = float(unit)
@@ -102,7 +102,7 @@ def split_unit(name: str, units: Mapping[str, float]) -> tuple[str, str | None]:
     """
     match = _SUFFIX.fullmatch(_ascii(name.strip()))
     if match:
-        unit = next(spelt(found) for found in match.groups()[1:] if found)
+        unit = next(spell_unit(found) for found in match.groups()[1:] if found)
         if unit in units and not (match["bare"] and unit in ("in", "h")):  # u_in, F_h: no units
             return match["stem"], unit
     return name, None
@@ -113,7 +113,7 @@ def bare_unit(text: str) -> str | None:
     text = text.strip()
     if _OTHER.fullmatch(text):
         text = text[1:-1]
-    unit = spelt(text)
+    unit = spell_unit(text)
     return unit if unit in _ALL else None
 
 
@@ -122,7 +122,7 @@ def bare_unit_in(name: str) -> str | None:
     return split_unit(name, _ALL)[1]
 
 
-def spelt(unit: str) -> str:
+def spell_unit(unit: str) -> str:
     """Return a unit as it stands in the tables above, where it is spelt otherwise."""
     unit = _ascii(unit.strip())
     return _SPELT.get(unit.casefold(), unit)

@@ -14,7 +14,7 @@ from matplotlib.ticker import LogLocator
 #: Groups that are told apart, each by a colour and a shape of its own.
 GROUPS = 4
 #: An axis is this much longer than its values to either side, and has a decade's share at least.
-ROOM, SHORTEST = 0.05, 0.3
+ROOM, SHORTEST_AXIS = 0.05, 0.3
 #: Height of the drawing [px]: an interval is a share of it.
 HEIGHT = 220
 
@@ -96,7 +96,7 @@ class FrequencyPlot:
 def _span(values: Sequence[float]) -> tuple[float, float]:
     """Return the decimal logarithms of an axis' ends."""
     low, high = math.log10(min(values)), math.log10(max(values))
-    room = max(ROOM * (high - low), 0.5 * (SHORTEST - (high - low)))
+    room = max(ROOM * (high - low), 0.5 * (SHORTEST_AXIS - (high - low)))
     return low - room, high + room
 
 

@@ -15,7 +15,7 @@ from markupsafe import Markup
 from plotly.offline import get_plotlyjs
 from plotly.subplots import make_subplots
 
-from tissue_probe.mapping.posterior.hidden import LARGEST_RADIUS
+from tissue_probe.mapping.posterior.hidden import LARGEST_HIDDEN
 from tissue_probe.mapping.posterior.results import PosteriorMap, Raster
 from tissue_probe.mapping.sites import Sites
 from tissue_probe.report.numbers import significant
@@ -77,12 +77,12 @@ def render_map(page: MapPage) -> str:
 def _plot(page: MapPage) -> str:
     """Return stiffness, P(inclusion) and sizes that could hide, with sites and boundaries."""
     surface, hide = page.found.surface, page.found.could_hide
-    radius = np.where(np.isnan(hide.radius), LARGEST_RADIUS, MILLIMETRES * hide.radius)
+    radius = np.where(np.isnan(hide.radius), LARGEST_HIDDEN, MILLIMETRES * hide.radius)
     layers = (
         ("stiffness k [N/m]", surface, surface.mean, "Viridis", None),
         ("P(inclusion)", surface, surface.probability, "Magma", (0.0, 1.0)),
         (f"could hide, {hide.contrast:g} times stiffer: radius [mm]", hide, radius, "Cividis",
-         (0.0, LARGEST_RADIUS)),
+         (0.0, LARGEST_HIDDEN)),
     )  # fmt: skip
     figure = make_subplots(
         1, len(layers), subplot_titles=[name for name, *_ in layers], horizontal_spacing=0.09

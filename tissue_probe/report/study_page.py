@@ -109,7 +109,7 @@ class Factor:
 
 
 @dataclass(frozen=True)
-class Told:
+class StudyFacts:
     """A recording in a list: its name, a page about it (or none), and the cells of its row."""
 
     name: str
@@ -162,7 +162,7 @@ class StudyPage:
     title: str
     work: Mapping[str, str]
     notes: Sequence[str] = ()
-    excluded: Sequence[Told] = ()
+    excluded: Sequence[StudyFacts] = ()
     forests: Sequence[Forest] = ()
     over_frequency: Sequence[FrequencyPlot] = ()
     spread: Sequence[tuple[str, str]] = ()
@@ -171,7 +171,7 @@ class StudyPage:
     verdicts: Mapping[str, int] = field(default_factory=dict)
     effects: Sequence[tuple[str, float, float, float]] = ()
     columns: Sequence[str] = ()
-    recordings: Sequence[Told] = ()
+    recordings: Sequence[StudyFacts] = ()
     left: str = ""
     command: str = ""
     files: Sequence[str] = ()

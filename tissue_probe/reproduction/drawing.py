@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.layout_engine import ConstrainedLayoutEngine
 
 from tissue_probe.reproduction.filters import ShownFilter
 from tissue_probe.signals import FloatArray, TissueEstimates
@@ -16,7 +18,7 @@ LABELS = {
     "damping": "damping β [N s/m]",
     "covariance_trace": "covariance trace, mixed units",
 }
-TRUTH = {"color": "black", "linestyle": ":", "linewidth": 1.6, "zorder": 5.0}
+TRUTH: dict[str, Any] = {"color": "black", "linestyle": ":", "linewidth": 1.6, "zorder": 5.0}
 
 Runs = Mapping[ShownFilter, TissueEstimates]
 Truth = tuple[FloatArray, FloatArray]
@@ -24,8 +26,8 @@ Truth = tuple[FloatArray, FloatArray]
 
 def panels(names: Sequence[str], x_label: str) -> tuple[Figure, dict[str, Axes]]:
     """Return a figure with one panel for each quantity, side by side."""
-    figure = Figure(figsize=(4.4 * max(len(names), 1.5), 3.8), layout="constrained")
-    figure.get_layout_engine().set(w_pad=0.1)
+    layout = ConstrainedLayoutEngine(w_pad=0.1)
+    figure = Figure(figsize=(4.4 * max(len(names), 1.5), 3.8), layout=layout)
     axes = dict(zip(names, figure.subplots(1, len(names), squeeze=False)[0], strict=True))
     for name, panel in axes.items():
         panel.set(xlabel=x_label, ylabel=LABELS.get(name, name))

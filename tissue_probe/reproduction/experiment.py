@@ -71,7 +71,7 @@ class SineExperiment:
     @property
     def time(self) -> FloatArray:
         """Time of each sample after the first [s]."""
-        return np.arange(round(self.duration / SAMPLE_PERIOD)) * SAMPLE_PERIOD
+        return np.arange(round(self.duration / SAMPLE_PERIOD), dtype=float) * SAMPLE_PERIOD
 
     def truth(self) -> tuple[FloatArray, FloatArray]:
         """Return k [N/m] and beta [N s/m] at the frequency of the coil, at each sample."""

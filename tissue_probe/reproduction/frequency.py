@@ -51,7 +51,7 @@ def sweep(tissue: SimulatedTissue, of: ShownFilter) -> FloatArray:
         [_after_one_second(of, join_experiment(tissue, f, s)) for f in FREQUENCIES]
         for s in PERIOD_STARTS
     ]
-    return np.moveaxis(found, 2, 0)
+    return np.moveaxis(np.array(found), 2, 0)
 
 
 def _after_one_second(of: ShownFilter, experiment: SineExperiment) -> list[float]:
@@ -92,7 +92,7 @@ def _draw(tissue: SimulatedTissue, filters: Sequence[ShownFilter]) -> Figure:
         panel.set_ylim(-0.3 * known.max(), 1.8 * known.max())
     for each in filters:
         for panel, values in zip(axes.values(), sweep(tissue, each), strict=True):
-            draw_line(panel, FREQUENCIES, np.median(values, axis=0), each)
+            draw_line(panel, np.array(FREQUENCIES), np.median(values, axis=0), each)
             panel.plot(FREQUENCIES, values.T, ".", color=each.color, markersize=4)
     axes["covariance_trace"].set_yscale("log")
     legend(figure)

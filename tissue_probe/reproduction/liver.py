@@ -30,7 +30,8 @@ def fig14() -> Reproduction:
     for each in EVERY:
         runs = [each.run(experiment) for experiment in experiments]
         for name, panel in axes.items():
-            band(panel, experiments[0].time, [getattr(run, name) for run in runs], each)
+            values = np.array([getattr(run, name) for run in runs])
+            band(panel, experiments[0].time, values, each)
         last = np.array([run.stiffness[-1] for run in runs])
         spreads[each] = f"{last.mean():.0f} ± {last.std():.0f} N/m"
         middle = len(LIVER_PLACES) // 2

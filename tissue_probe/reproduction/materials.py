@@ -29,8 +29,8 @@ def fig10() -> Reproduction:
             label = f"{each.label}, {tissue.stiffness:.0f} N/m"
             for name, panel in axes.items():
                 values = getattr(found, name)
-                style = {"color": color, "linestyle": DASHES[each], "label": label}
-                panel.plot(MATERIAL_EXPERIMENTS[0].time, values, **style)
+                time, dashes = MATERIAL_EXPERIMENTS[0].time, DASHES[each]
+                panel.plot(time, values, color=color, linestyle=dashes, label=label)
     for tissue in MATERIALS:
         axes["stiffness"].axhline(tissue.stiffness, **TRUTH)
         axes["damping"].axhline(tissue.damping, **TRUTH)

@@ -19,7 +19,7 @@ from tissue_probe.reproduction.experiment import (
 from tissue_probe.reproduction.finding import ReproducedQuantity, Reproduction
 
 KICK = 8e-3  # m/s of the tip; makes 0.15 N, as in the figure
-RING_TIMES = np.arange(round(0.2 / SAMPLE_PERIOD)) * SAMPLE_PERIOD
+RING_TIMES = np.arange(round(0.2 / SAMPLE_PERIOD), dtype=float) * SAMPLE_PERIOD
 
 
 def fig6() -> Reproduction:

@@ -74,13 +74,15 @@ def _map(runs: Sequence[Sequence[TissueEstimates]]) -> StiffnessMapData:
 
     def cells(name: str) -> FloatArray:
         values = [[getattr(estimates, name)[-1] for estimates in sites] for sites in runs]
-        return np.mean(values, axis=0).reshape(GRID.shape)
+        found: FloatArray = np.mean(values, axis=0).reshape(GRID.shape)
+        return found
 
     deviations = [np.sqrt(cells(f"{name}_variance")) for name in ("stiffness", "damping")]
     verdicts = np.full(GRID.shape, Verdict.MEASURED, dtype=np.uint8)
-    values = (cells(name) for name in LABELS)
+    k, beta, trace = (cells(name) for name in LABELS)
+    k_stddev, beta_stddev = deviations
     never = np.zeros(GRID.shape, dtype=np.int64)
-    return StiffnessMapData(GRID, 0, *values, *deviations, verdicts, never)
+    return StiffnessMapData(GRID, 0, k, beta, trace, k_stddev, beta_stddev, verdicts, never)
 
 
 def _nodules(found: StiffnessMapData, phantom: Phantom) -> str:
@@ -130,11 +132,13 @@ def _between(values: FloatArray) -> FloatArray:
 
 def _surface(axes: Axes, values: FloatArray, phantom: Phantom) -> AxesImage:
     millimetres = 1e3
-    extent = GRID.x[0], GRID.x[-1], GRID.y[0], GRID.y[-1]
+    left, right, bottom, top = (
+        millimetres * float(edge) for edge in (GRID.x[0], GRID.x[-1], GRID.y[0], GRID.y[-1])
+    )
     image = axes.imshow(
         _between(values),
         origin="lower",
-        extent=[millimetres * edge for edge in extent],
+        extent=(left, right, bottom, top),
         interpolation="bilinear",
     )
     x, y = np.meshgrid(millimetres * GRID.x, millimetres * GRID.y)

@@ -9,8 +9,8 @@ import numpy as np
 from numpy.polynomial import legendre
 
 from tissue_probe.sensor.noise import Colour
-from tissue_probe.sensor.numbers import BIAS, RATE, Point
-from tissue_probe.sensor.smoothed import Smoothed
+from tissue_probe.sensor.numbers import BIAS_PLACES, RATE_PLACES, Point
+from tissue_probe.sensor.smoothed_air import Smoothed
 from tissue_probe.signals import FloatArray
 
 BELIEVED = 600.0
@@ -61,7 +61,8 @@ class Belief:
         variance = np.einsum("naj,jk,nak->na", slopes, self.covariance, slopes, optimize=True)
         passed = np.abs(run.time - self.point.time)[:, None]
         forgotten = self.unrest * passed**3 / 3.0
-        return np.sqrt(np.maximum(variance, 0.0) + forgotten + self.unexplained)
+        found: FloatArray = np.sqrt(np.maximum(variance, 0.0) + forgotten + self.unexplained)
+        return found
 
     def with_zero(self, run: Smoothed) -> Belief:
         """Return the belief after a stretch of free air: the bias anew, rates by how it went.
@@ -74,7 +75,7 @@ class Belief:
         left = run.wrench - wrench
         information = np.linalg.inv(aged.covariance)
         hessian, gradient = normal_equations([left], [slopes], self.colours)
-        covariance = np.linalg.inv(information + hessian)
+        covariance: FloatArray = np.asarray(np.linalg.inv(information + hessian), float)
         values = aged.point.values + covariance @ gradient
         return replace(aged, point=Point(values, middle), covariance=covariance)
 
@@ -171,7 +172,10 @@ def normal_equations(
 def _forgotten(moved: FloatArray, unrest: FloatArray, passed: float) -> FloatArray:
     """Return the covariance that a random walk of the rates adds."""
     added, t = np.zeros_like(moved), abs(passed)
-    bias, rate = np.arange(BIAS.start, BIAS.stop), np.arange(RATE.start, RATE.stop)
+    bias, rate = (
+        np.arange(BIAS_PLACES.start, BIAS_PLACES.stop),
+        np.arange(RATE_PLACES.start, RATE_PLACES.stop),
+    )
     added[bias, bias] = unrest * t**3 / 3.0
     added[rate, rate] = unrest * t
     added[bias, rate] = added[rate, bias] = np.sign(passed) * unrest * t**2 / 2.0

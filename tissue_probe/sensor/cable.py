@@ -62,7 +62,7 @@ class CableFunctions:
     @property
     def count(self) -> int:
         """How many there are."""
-        return self.groups[-1].stop
+        return int(self.groups[-1].stop)
 
     def columns(self, run: FreeAir) -> FloatArray:
         """Return their values, shape (n, count)."""

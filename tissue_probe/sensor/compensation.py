@@ -24,11 +24,11 @@ from tissue_probe.sensor.free_air import FreeAir
 from tissue_probe.sensor.identify import Identified
 from tissue_probe.sensor.kinematics import Motion
 from tissue_probe.sensor.load import load_columns
-from tissue_probe.sensor.numbers import BIAS, DELAY, LOAD, RATE
-from tissue_probe.sensor.smoothed import LONGEST_DELAY, Smoothed
+from tissue_probe.sensor.numbers import BIAS_PLACES, DELAY_PLACE, LOAD, RATE_PLACES
+from tissue_probe.sensor.smoothed_air import LONGEST_SENSOR_DELAY, Smoothed
 from tissue_probe.signals import NANOSECONDS, FloatArray, sound_stamp
 
-FORMAT = "tissue_probe sensor 1"
+SENSOR_FORMAT = "tissue_probe sensor 1"
 #: Digits of a number in the file: those that the errors of any robot need.
 DIGITS = 9
 
@@ -94,14 +94,14 @@ class Compensation:
         """
         return abs(float(self.load[0])), math.inf if self.cable else self.mass_deviation
 
-    def pulled(self, moved: Motion, run: FreeAir) -> FloatArray:
+    def predict_pull(self, moved: Motion, run: FreeAir) -> FloatArray:
         """Return the wrench of load and cable, shape (n, 6), of motions and the poses of a run."""
         wrench = self.gains * (load_columns(moved) @ self.load)
         if self.cable is not None:
             wrench += self.cable.columns(run) @ self.weights.T
         return wrench
 
-    def drifted(self, stamp: int) -> tuple[FloatArray, FloatArray]:
+    def predict_bias(self, stamp: int) -> tuple[FloatArray, FloatArray]:
         """Return the bias at a stamp [ns], and the standard deviation of all that is predicted."""
         passed = (stamp - self.stamp) / NANOSECONDS
         step = np.array([1.0, passed])
@@ -146,11 +146,11 @@ class Compensation:
 
     def text(self) -> str:
         """Return the file's text."""
-        plain: dict[str, Any] = {"format": FORMAT}
+        plain: dict[str, Any] = {"format": SENSOR_FORMAT}
         for name, value in asdict(self).items():
             if not (isinstance(value, float) and math.isinf(value)):
                 plain[name] = _plain(value)
-        return yaml.safe_dump(plain, sort_keys=False, default_flow_style=None)
+        return str(yaml.safe_dump(plain, sort_keys=False, default_flow_style=None))
 
 
 def compensation(found: Identified, runs: list[FreeAir], origin: int) -> Compensation:
@@ -173,17 +173,17 @@ def compensation(found: Identified, runs: list[FreeAir], origin: int) -> Compens
     variance = []
     for run in runs:
         _, slopes = point.wrench(Smoothed(run, found.cable))
-        slopes[:, :, BIAS], slopes[:, :, RATE] = 0.0, 0.0
+        slopes[:, :, BIAS_PLACES], slopes[:, :, RATE_PLACES] = 0.0, 0.0
         slopes -= slopes.mean(axis=0)
         variance.append(np.einsum("naj,jk,nak->na", slopes, belief.covariance, slopes))
-    places = [(BIAS.start + axis, RATE.start + axis) for axis in range(6)]
+    places = [(BIAS_PLACES.start + axis, RATE_PLACES.start + axis) for axis in range(6)]
     values = point.values
     return Compensation(
         load=values[LOAD],
         gains=point.gains,
-        delay=float(values[DELAY]),
-        bias=values[BIAS],
-        rate=values[RATE],
+        delay=float(values[DELAY_PLACE]),
+        bias=values[BIAS_PLACES],
+        rate=values[RATE_PLACES],
         drift_covariance=np.array([later.covariance[np.ix_(pair, pair)] for pair in places]),
         unrest=later.unrest,
         deviation=np.sqrt(np.concatenate(variance).mean(axis=0) + belief.unexplained),
@@ -239,7 +239,7 @@ def parse(text: str) -> Compensation:
 
 
 def _of_content(content: Any) -> Compensation:
-    if not isinstance(content, dict) or content.get("format") != FORMAT:
+    if not isinstance(content, dict) or content.get("format") != SENSOR_FORMAT:
         raise MeasurementError(
             "it is no model of a sensor: give a file that `tissue_probe sensor` wrote"
         )
@@ -261,15 +261,16 @@ def _of_plain(content: dict[str, Any]) -> Compensation:
             raise ValueError(f"{name} is not positive")
     delay = float(_numbers(content, "delay", ()))
     # The search begins within these, and its steps may leave them a little.
-    if abs(delay) > 2.0 * LONGEST_DELAY:
-        raise ValueError(f"delay is {delay:g} s: sensors have {LONGEST_DELAY:g} s at most")
+    if abs(delay) > 2.0 * LONGEST_SENSOR_DELAY:
+        raise ValueError(f"delay is {delay:g} s: sensors have {LONGEST_SENSOR_DELAY:g} s at most")
     stamp = sound_stamp(_whole(content, "stamp"))
     known = [name for name in ("mass_deviation", "delay_deviation") if name in content]
-    told = {name: float(_numbers(content, name, ())) for name in known}
+    told: dict[str, Any] = {name: float(_numbers(content, name, ())) for name in known}
     for name, value in told.items():
         if value < 0.0:
             raise ValueError(f"{name} is below 0")
-    return Compensation(**arrays, **told, delay=delay, stamp=stamp, cable=cable)
+    numbers: dict[str, Any] = {**arrays, **told}
+    return Compensation(**numbers, delay=delay, stamp=stamp, cable=cable)
 
 
 def _cable(content: Any) -> CableFunctions:

@@ -17,22 +17,30 @@ from tissue_probe.sensor.belief import Belief, first_unrest, normal_equations
 from tissue_probe.sensor.cable import CableFunctions
 from tissue_probe.sensor.free_air import SIZES
 from tissue_probe.sensor.noise import Colour, colour_of, white_noise
-from tissue_probe.sensor.numbers import BEFORE, BIAS, CORE, DELAY, LOAD, RATE, Point
-from tissue_probe.sensor.smoothed import FLOOR, LONGEST_DELAY, Smoothed
+from tissue_probe.sensor.numbers import (
+    BIAS_PLACES,
+    CORE,
+    DELAY_PLACE,
+    LOAD,
+    PRIOR_DEVIATIONS,
+    RATE_PLACES,
+    Point,
+)
+from tissue_probe.sensor.smoothed_air import FLOOR, LONGEST_SENSOR_DELAY, Smoothed
 from tissue_probe.signals import FloatArray
 
-DELAYS = np.arange(-0.5 * LONGEST_DELAY, LONGEST_DELAY + 1e-9, 0.005)
+DELAYS = np.arange(-0.5 * LONGEST_SENSOR_DELAY, LONGEST_SENSOR_DELAY + 1e-9, 0.005)
 """Where the search begins [s]: closer than a quarter of the filter's fastest period."""
-STEPS = 6
+STEPS_WITHOUT_CABLE = 6
 """After five the numbers change by less than a hundredth of their errors."""
 STEPS_WITH_CABLE = 12
 """The sizes of the weights settle more slowly."""
-CERTAIN = 5.0
+LEAST_EVIDENCE = 5.0
 """More is left than noise where its variance is off by so many standard deviations."""
 
 
 @dataclass(frozen=True)
-class Fit:
+class SensorFit:
     """The numbers, and the rest of the wrench.
 
     Attributes
@@ -53,7 +61,7 @@ class Fit:
     expected: FloatArray
 
 
-def fit(runs: Sequence[Smoothed], cable: CableFunctions | None = None) -> Fit:
+def fit(runs: Sequence[Smoothed], cable: CableFunctions | None = None) -> SensorFit:
     """Fit all stretches together.
 
     Parameters
@@ -67,7 +75,7 @@ def fit(runs: Sequence[Smoothed], cable: CableFunctions | None = None) -> Fit:
     point = _start(runs, middle, cable.count if cable else 0)
     colours: Sequence[Colour] = [white_noise(size) for size in SIZES]
     sizes = _Sizes(cable)
-    for step in range(STEPS_WITH_CABLE if cable else STEPS):
+    for step in range(STEPS_WITH_CABLE if cable else STEPS_WITHOUT_CABLE):
         left, slopes = _left(runs, point)
         if step:
             axes = range(6)
@@ -82,12 +90,12 @@ def fit(runs: Sequence[Smoothed], cable: CableFunctions | None = None) -> Fit:
             sizes.settle(values, covariance)
     left, _ = _left(runs, point)
     times = [run.time for run in runs]
-    rates, errors = point.values[RATE], covariance[RATE, RATE]
+    rates, errors = point.values[RATE_PLACES], covariance[RATE_PLACES, RATE_PLACES]
     unrest = first_unrest(rates, errors, times, left, colours)
     expected = _expected(runs, point)
     unexplained = _unexplained(left, expected)
     belief = Belief(point, covariance, tuple(colours), unrest, unexplained)
-    return Fit(belief, left, _evidence(left, belief, precision), expected)
+    return SensorFit(belief, left, _evidence(left, belief, precision), expected)
 
 
 class _Sizes:
@@ -102,7 +110,7 @@ class _Sizes:
                     rows = [CORE + axis * cable.count + places for axis in axes]
                     self._members.append(np.concatenate(rows))
         count = 6 * cable.count if cable else 0
-        self.precision = np.concatenate([BEFORE**-2.0, np.empty(count)])
+        self.precision = np.concatenate([PRIOR_DEVIATIONS**-2.0, np.empty(count)])
         for number, members in enumerate(self._members):
             self.precision[members] = SIZES[0 if number < len(self._members) / 2 else 3] ** -2.0
 
@@ -129,8 +137,8 @@ def _start(runs: Sequence[Smoothed], middle: float, count: int) -> Point:
         cost = float(np.sum((rest - fixed @ lines) ** 2))
         if best is None or cost < best[0]:
             values = np.zeros(CORE + 6 * count)
-            values[LOAD], values[DELAY] = found, delay
-            values[BIAS], values[RATE] = lines[0] * SIZES, lines[1] * SIZES
+            values[LOAD], values[DELAY_PLACE] = found, delay
+            values[BIAS_PLACES], values[RATE_PLACES] = lines[0] * SIZES, lines[1] * SIZES
             best = cost, values
     assert best is not None
     return Point(best[1], middle)
@@ -142,7 +150,7 @@ def _projected(load: FloatArray, wrench: FloatArray, fixed: FloatArray) -> Float
     flat = load.reshape(len(load), -1)
     columns = (flat - basis @ (basis.T @ flat)).reshape(-1, load.shape[2])
     values = (wrench - basis @ (basis.T @ wrench)).ravel()
-    return np.linalg.lstsq(columns, values, rcond=1e-9)[0]
+    return np.asarray(np.linalg.lstsq(columns, values, rcond=1e-9)[0], float)
 
 
 def _left(runs: Sequence[Smoothed], point: Point) -> tuple[list[FloatArray], list[FloatArray]]:
@@ -160,7 +168,7 @@ def _expected(runs: Sequence[Smoothed], point: Point) -> FloatArray:
 def _unexplained(left: Sequence[FloatArray], expected: FloatArray) -> FloatArray:
     """Return the variance of the rest beyond that, shape (6,); 0 where it may be chance."""
     total = np.mean(np.concatenate(left) ** 2, axis=0)
-    certain = 1.0 + CERTAIN * np.sqrt(2.0 / sum(map(len, left)))
+    certain = 1.0 + LEAST_EVIDENCE * np.sqrt(2.0 / sum(map(len, left)))
     return np.where(total > certain * expected, total - expected, 0.0)
 
 

@@ -9,9 +9,9 @@ import numpy as np
 from tissue_probe.signals import FloatArray
 
 #: Of the wrench, in this order.
-AXES = ("fx", "fy", "fz", "tx", "ty", "tz")
+WRENCH_AXES = ("fx", "fy", "fz", "tx", "ty", "tz")
 #: Their unit.
-UNITS = ("N", "N", "N", "N m", "N m", "N m")
+WRENCH_UNITS = ("N", "N", "N", "N m", "N m", "N m")
 #: A force's newton is so much of a torque [N m]: the length of a hand tool, some 3 cm.
 SIZES = np.array([1.0, 1.0, 1.0, 0.03, 0.03, 0.03])
 

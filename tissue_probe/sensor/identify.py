@@ -10,20 +10,20 @@ import numpy as np
 
 from tissue_probe.errors import MeasurementError
 from tissue_probe.sensor.cable import MOST_JOINTS, CableFunctions
-from tissue_probe.sensor.fit import Fit, fit
+from tissue_probe.sensor.fit import SensorFit, fit
 from tissue_probe.sensor.free_air import FreeAir
 from tissue_probe.sensor.kinematics import motion
-from tissue_probe.sensor.numbers import DELAY, Point
+from tissue_probe.sensor.numbers import DELAY_PLACE, Point
 from tissue_probe.sensor.poses import missing_poses
-from tissue_probe.sensor.smoothed import Smoothed
+from tissue_probe.sensor.smoothed_air import Smoothed
 from tissue_probe.sensor.smoothing import Smoother
-from tissue_probe.sensor.told import Number, numbers
-from tissue_probe.sensor.verdict import MOST, missing_effects
+from tissue_probe.sensor.told_numbers import SensorNumber, numbers
+from tissue_probe.sensor.verdict import LEAST_CONCERN, missing_effects
 from tissue_probe.signals import FloatArray
 
 Verdict = Literal["adequate", "missing", "cannot tell"]
 
-LEAST = 8.0
+LEAST_TIME = 8.0
 """Shortest free air of use [s]: two poses, and the way between them."""
 ASKED_FOR = 10.0
 """A cable is taken where data are more probable with it by this (of the logarithm): e^10 to 1."""
@@ -66,16 +66,16 @@ class Identified:
     """
 
     verdict: Verdict
-    numbers: list[Number]
+    numbers: list[SensorNumber]
     noise: FloatArray
     missing_effects: list[str]
     missing_poses: list[str]
     one_function: list[str]
     cable: CableFunctions | None
-    fit: Fit
+    fit: SensorFit
     range: FloatArray
 
-    def number(self, name: str) -> Number:
+    def number(self, name: str) -> SensorNumber:
         """Return a number by its name."""
         return next(each for each in self.numbers if each.name == name)
 
@@ -87,7 +87,7 @@ class Identified:
         smoothed = Smoothed(run, self.cable)
         belief = self.fit.belief
         values = belief.point.values.copy()
-        values[DELAY] = 0.0
+        values[DELAY_PLACE] = 0.0
         made, _ = Point(values, belief.point.time).wrench(smoothed)
         return smoothed.time, made, belief.deviation(smoothed)
 
@@ -113,7 +113,7 @@ def identify(runs: Sequence[FreeAir]) -> Identified:
         If there is too little of it.
     """
     total = sum(run.seconds for run in runs)
-    if total < LEAST:
+    if total < LEAST_TIME:
         raise MeasurementError(
             f"there are {total:.3g} s of free air: record 30 to 60 s in which the flange turns"
         )
@@ -131,7 +131,7 @@ def identify(runs: Sequence[FreeAir]) -> Identified:
         other = fit(cabled, functions)
         # As any cause it has to explain most: of a touch, or a bias that wanders, it cannot.
         left = other.belief.unexplained.sum() / found.belief.unexplained.sum()
-        if left < 1.0 - MOST and other.evidence > found.evidence + ASKED_FOR:
+        if left < 1.0 - LEAST_CONCERN and other.evidence > found.evidence + ASKED_FOR:
             found, cable, smoothed = other, functions, cabled
             effects = missing_effects(found, runs, smoothed, cabled=True)
     noise = np.sqrt(np.mean([run.noise**2 for run in smoothed], axis=0))

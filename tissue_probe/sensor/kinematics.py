@@ -61,7 +61,7 @@ def rotation_between(first: FloatArray, second: FloatArray) -> FloatArray:
     return axis * np.where(sine > 0.0, angle / np.maximum(sine, 1e-300), 2.0)[:, None]
 
 
-def turned_by(orientation: FloatArray, turns: FloatArray) -> FloatArray:
+def turn_orientation(orientation: FloatArray, turns: FloatArray) -> FloatArray:
     """Return one orientation, shape (4,), turned by vectors [rad] in its own axes, shape (n, 4)."""
     half = 0.5 * np.linalg.norm(turns, axis=1)[:, None]
     axis, scalar = 0.5 * np.sinc(half / np.pi) * turns, np.cos(half)
@@ -72,9 +72,10 @@ def turned_by(orientation: FloatArray, turns: FloatArray) -> FloatArray:
 
 def into_frame(orientation: FloatArray, vectors: FloatArray) -> FloatArray:
     """Return vectors of the base in the axes of frames, shape (n, 3)."""
-    return np.einsum(
+    found: FloatArray = np.einsum(
         "nji,nj->ni", rotation(orientation), np.broadcast_to(vectors, (len(orientation), 3))
     )
+    return found
 
 
 def rotation(orientation: FloatArray) -> FloatArray:

@@ -14,24 +14,30 @@ import numpy as np
 
 from tissue_probe.sensor.compensation import Compensation
 from tissue_probe.sensor.free_air import FreeAir
-from tissue_probe.sensor.kinematics import GRAVITY, Motion, into_frame, rotation_between, turned_by
-from tissue_probe.sensor.measured import SLOWEST
+from tissue_probe.sensor.kinematics import (
+    GRAVITY,
+    Motion,
+    into_frame,
+    rotation_between,
+    turn_orientation,
+)
+from tissue_probe.sensor.sensor_tracks import LOWEST_SAMPLE_RATE
 from tissue_probe.signals import NANOSECONDS, FloatArray, IntArray
 
-WINDOW = 0.12
+POSE_WINDOW = 0.12
 """Of the poses whose derivatives are taken [s]. At its end noise of the poses grows with a shorter
 window, and the cubic's error with a longer one: an arm at .5 m/s2 has .03 N of the first at 0.8 kg,
 and .07 N at most of the second where it turns with 4 rad/s."""
-MIDDLE = 0.5 * WINDOW
+WINDOW_MIDDLE = 0.5 * POSE_WINDOW
 """So long after a moment its window ends at best [s]: the acceleration that a window tells is a
 mean over all of it, which is nearest to that of its middle."""
-FEWEST = 8
-"""Poses in a window: two for each number of the cubic. Where ``WINDOW`` has fewer, it is longer."""
-LONGEST = FEWEST / SLOWEST
+FEWEST_POSES = 8
+"""Poses in a window: two for each number of the cubic. ``POSE_WINDOW`` with fewer is longer."""
+LONGEST_WINDOW = FEWEST_POSES / LOWEST_SAMPLE_RATE
 """So long at most [s]: at the slowest rate that is identified one pose may be missing."""
 COVERED = 0.75
 """Of a window poses must cover so much: a shorter one has twice the noise."""
-HOLE = 0.5 * WINDOW
+HOLE = 0.5 * POSE_WINDOW
 """A longer time without a pose [s] is a hole: beside it the cubic would hold on to one half."""
 KEPT = 2.0
 """Poses are kept so long [s]: longer than any delay and any window."""
@@ -60,8 +66,8 @@ class LiveCompensation:
     model : Compensation
         Of the sensor.
     late : float
-        The wrench is given so long after the pose that belongs to it [s]; with ``MIDDLE`` its
-        inertia is most exact, with 0 it is given at once.
+        The wrench is given so long after the pose that belongs to it [s]; with ``WINDOW_MIDDLE``
+        its inertia is most exact, with 0 it is given at once.
 
     Attributes
     ----------
@@ -71,7 +77,7 @@ class LiveCompensation:
 
     def __init__(self, model: Compensation, late: float) -> None:
         self.model = model
-        self._ahead = min(late, MIDDLE)
+        self._ahead = min(late, WINDOW_MIDDLE)
         self._stamps: IntArray = np.empty(0, dtype=np.int64)
         self._rows: FloatArray = np.empty((0, 7))
         self._new: list[tuple[int, FloatArray]] = []
@@ -98,11 +104,11 @@ class LiveCompensation:
         self._stamps, self._rows, self._new = self._stamps[:0], self._rows[:0], []
         self._waiting.clear()
 
-    def left(self) -> list[Left]:
+    def take_known(self) -> list[Left]:
         """Return those that have become known; wrenches without poses about them are let go."""
         self._keep()
         known: list[tuple[int, FloatArray, FloatArray]] = []
-        while self._waiting and len(self._stamps) >= FEWEST:
+        while self._waiting and len(self._stamps) >= FEWEST_POSES:
             stamp, wrench = self._waiting[0]
             moment = stamp - round(self.model.delay * NANOSECONDS)
             last = moment + round(self._ahead * NANOSECONDS)
@@ -127,26 +133,29 @@ class LiveCompensation:
 
     def _state(self, moment: int, last: int) -> FloatArray | None:
         """Return accelerations, rates, and the pose itself at a moment; none in a hole of poses."""
-        first = last - round(WINDOW * NANOSECONDS)
+        first = last - round(POSE_WINDOW * NANOSECONDS)
         # The moment lies between two poses: one at its end, or after it, belongs to the window.
         begin, end = np.searchsorted(self._stamps, (first, last)) + np.array([0, 1])
-        part = slice(max(0, min(begin, end - FEWEST)), end)
+        part = slice(max(0, min(begin, end - FEWEST_POSES)), end)
         time = (self._stamps[part] - moment) / NANOSECONDS
         after = int(np.searchsorted(time, 0.0))
-        if len(time) < FEWEST or not 0 < after < len(time):
+        if len(time) < FEWEST_POSES or not 0 < after < len(time):
             return None
-        if not COVERED * WINDOW <= time[-1] - time[0] <= LONGEST or np.diff(time).max() > HOLE:
+        if (
+            not COVERED * POSE_WINDOW <= time[-1] - time[0] <= LONGEST_WINDOW
+            or np.diff(time).max() > HOLE
+        ):
             return None
         near = self._rows[part]
         turns, reference = near[:, 3:7], near[after - 1, 3:7]
         angles = rotation_between(np.broadcast_to(reference, turns.shape), turns)
-        powers = (time / WINDOW)[:, None] ** np.arange(4)
+        powers = (time / POSE_WINDOW)[:, None] ** np.arange(4)
         course = np.hstack([near[:, :3], angles])
         cubic = np.linalg.solve(powers.T @ powers, powers.T @ course)
         share = -time[after - 1] / (time[after] - time[after - 1])
         now = near[after - 1] + share * (near[after] - near[after - 1])
-        now[3:7] = turned_by(reference, share * angles[after : after + 1])[0]
-        return np.concatenate([2.0 * cubic[2] / WINDOW**2, cubic[1, 3:] / WINDOW, now])
+        now[3:7] = turn_orientation(reference, share * angles[after : after + 1])[0]
+        return np.concatenate([2.0 * cubic[2] / POSE_WINDOW**2, cubic[1, 3:] / POSE_WINDOW, now])
 
     def _compensated(self, known: list[tuple[int, FloatArray, FloatArray]]) -> list[Left]:
         states = np.array([state for _, _, state in known])
@@ -154,13 +163,15 @@ class LiveCompensation:
         position, orientation, joints = states[:, 9:12], states[:, 12:16], states[:, 16:]
         moved = Motion(into_frame(orientation, GRAVITY - acceleration), rate, turning)
         empty = np.zeros((len(states), 6))
-        pulled = self.model.pulled(moved, FreeAir(0.0, 1.0, position, orientation, empty, joints))
+        pulled = self.model.predict_pull(
+            moved, FreeAir(0.0, 1.0, position, orientation, empty, joints)
+        )
         sizes = np.stack(
             [np.linalg.norm(each, axis=1) for each in (acceleration, rate, turning)], axis=1
         )
         found = []
         for (stamp, wrench, _), pull, size in zip(known, pulled, sizes, strict=True):
-            bias, deviation = self.model.drifted(stamp)
+            bias, deviation = self.model.predict_bias(stamp)
             biased = wrench - pull
             found.append(Left(stamp, biased - bias, deviation, biased, size))
         return found

@@ -14,7 +14,7 @@ from scipy.linalg import solve_toeplitz
 
 from tissue_probe.signals import FloatArray
 
-ORDER = 6
+COLOUR_ORDER = 6
 """Of the process: .4 s at the coarse rate, where the filter's own colour has ended."""
 
 
@@ -33,7 +33,7 @@ class Colour:
 
     def of_mean(self, count: int) -> float:
         """Return the variance of the mean of so many rows."""
-        return self.deviation**2 / (self.whitener.sum() ** 2 * count)
+        return float(self.deviation**2 / (self.whitener.sum() ** 2 * count))
 
 
 def white_noise(deviation: float) -> Colour:
@@ -53,10 +53,10 @@ def colour_of(stretches: list[FloatArray], floor: float) -> Colour:
     """
     total = sum(map(len, stretches))
     moments = np.array(
-        [sum(r[: len(r) - k] @ r[k:] for r in stretches) / total for k in range(ORDER + 1)]
+        [sum(r[: len(r) - k] @ r[k:] for r in stretches) / total for k in range(COLOUR_ORDER + 1)]
     )
     moments[0] = max(moments[0], floor**2) * (1.0 + 1e-9)
-    weights = solve_toeplitz(moments[:ORDER], moments[1:])
+    weights = solve_toeplitz(moments[:COLOUR_ORDER], moments[1:])
     variance = moments[0] - weights @ moments[1:]
     return Colour(
         np.concatenate([[1.0], -weights]), float(np.sqrt(max(variance, 1e-6 * moments[0])))

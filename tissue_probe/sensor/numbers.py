@@ -8,15 +8,15 @@ import numpy as np
 
 from tissue_probe.sensor.free_air import SIZES
 from tissue_probe.sensor.load import NUMBERS
-from tissue_probe.sensor.smoothed import Smoothed
+from tissue_probe.sensor.smoothed_air import Smoothed
 from tissue_probe.signals import FloatArray
 
 LOAD = slice(0, NUMBERS)
-BIAS = slice(10, 16)
-RATE = slice(16, 22)
+BIAS_PLACES = slice(10, 16)
+RATE_PLACES = slice(16, 22)
 #: Logarithms of the axes' gains over their geometric mean: two of the forces, two of the torques.
 GAINS = slice(22, 26)
-DELAY = 26
+DELAY_PLACE = 26
 CORE = 27
 
 #: Two directions of three gains that leave their product as it is.
@@ -26,7 +26,7 @@ CONTRASTS = np.array([[2.0, -1.0, -1.0], [0.0, 1.0, -1.0]]).T / np.array(
 
 #: Before anything is measured, numbers are 0 within these: wider than any robot's, so that they
 #: count only where poses tell nothing. Gains of makers' calibrations agree within some per cent.
-BEFORE = np.concatenate(
+PRIOR_DEVIATIONS = np.concatenate(
     [
         *([10.0], np.full(3, 1.0), np.full(6, 1.0)),  # kg, kg m, kg m2
         *(1e3 * SIZES, SIZES),  # N, N m; in a second
@@ -54,7 +54,7 @@ class Point:
 
     def wrench(self, run: Smoothed) -> tuple[FloatArray, FloatArray]:
         """Return the wrench that they make, shape (n, 6), and its derivatives, (n, 6, p)."""
-        delay, gains = self.values[DELAY], self.gains
+        delay, gains = self.values[DELAY_PLACE], self.gains
         load = gains[:, None] * run.load(delay)
         pulled = load @ self.values[LOAD]
         passed = (run.time - self.time)[:, None]
@@ -63,8 +63,8 @@ class Point:
         slopes[:, range(6), range(10, 16)] = 1.0
         slopes[:, range(6), range(16, 22)] = passed
         slopes[:, :, GAINS] = pulled[:, :, None] * gain_columns()
-        slopes[:, :, DELAY] = -gains * (run.load(delay, 1) @ self.values[LOAD])
-        wrench = pulled + self.values[BIAS] + passed * self.values[RATE]
+        slopes[:, :, DELAY_PLACE] = -gains * (run.load(delay, 1) @ self.values[LOAD])
+        wrench = pulled + self.values[BIAS_PLACES] + passed * self.values[RATE_PLACES]
         if self.values.size > CORE:
             functions = run.cable(delay)
             count = functions.shape[1]
@@ -72,7 +72,7 @@ class Point:
                 first = CORE + axis * count
                 slopes[:, axis, first : first + count] = functions
             wrench = wrench + functions @ self.weights.T
-            slopes[:, :, DELAY] -= run.cable(delay, 1) @ self.weights.T
+            slopes[:, :, DELAY_PLACE] -= run.cable(delay, 1) @ self.weights.T
         return wrench, slopes
 
 

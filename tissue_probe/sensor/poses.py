@@ -7,18 +7,18 @@ from collections.abc import Iterator
 import numpy as np
 
 from tissue_probe.sensor.free_air import FreeAir
-from tissue_probe.sensor.kinematics import turned_by
-from tissue_probe.sensor.numbers import BEFORE, CORE, Point
-from tissue_probe.sensor.smoothed import Smoothed
-from tissue_probe.sensor.told import Number, numbers
+from tissue_probe.sensor.kinematics import turn_orientation
+from tissue_probe.sensor.numbers import CORE, PRIOR_DEVIATIONS, Point
+from tissue_probe.sensor.smoothed_air import Smoothed
+from tissue_probe.sensor.told_numbers import SensorNumber, numbers
 from tissue_probe.signals import FloatArray
 
 #: A pose is held, or a swing lasts, for so long [s].
 LASTS = 4.0
 #: A swing: either way [rad], times a second [Hz]: 2 rad/s and 10 rad/s2 at most, within any wrist.
-SWING, FREQUENCY = 0.35, 0.9
+SWING, SWING_FREQUENCY = 0.35, 0.9
 #: More at once nobody would do: one looks again after these.
-MOST = 3
+MOST_MOVES = 3
 #: A pose is worth naming where an error falls below this part of it: where the pose tells as much
 #: as all the others together.
 WORTH = 1.0 / np.sqrt(2.0)
@@ -32,17 +32,18 @@ def missing_poses(
     Parameters
     ----------
     point, covariance, noise
-        As in ``told.numbers``.
+        As in ``told_numbers.numbers``.
     orientation : array, shape (4,)
         The last one, from which turns begin.
     """
     core = Point(point.values[:CORE], point.time)
-    believed = covariance[:CORE, :CORE] + 1e-12 * np.diag(BEFORE**2)
+    believed = covariance[:CORE, :CORE] + 1e-12 * np.diag(PRIOR_DEVIATIONS**2)
     sentences: list[str] = []
     moves = [(words, _information(run, core, noise)) for words, run in _moves(orientation, core)]
-    while len(sentences) < MOST and any(not n.told for n in numbers(core, believed, noise)):
+    while len(sentences) < MOST_MOVES and any(not n.told for n in numbers(core, believed, noise)):
         before = numbers(core, believed, noise)
-        tried = [np.linalg.inv(np.linalg.inv(believed) + added) for _, added in moves]
+        information = np.linalg.inv(believed)
+        tried = [np.asarray(np.linalg.inv(information + added), float) for _, added in moves]
         costs = [_cost(numbers(core, after, noise)) for after in tried]
         best = int(np.argmin(costs))
         helped = _helped(before, numbers(core, tried[best], noise))
@@ -53,11 +54,11 @@ def missing_poses(
     return sentences
 
 
-def _cost(told: list[Number]) -> float:
+def _cost(told: list[SensorNumber]) -> float:
     return float(sum(np.log(max(number.error_of_wrench, 1.0)) for number in told))
 
 
-def _helped(before: list[Number], after: list[Number]) -> list[str]:
+def _helped(before: list[SensorNumber], after: list[SensorNumber]) -> list[str]:
     pairs = zip(before, after, strict=True)
     return [a.name for b, a in pairs if not b.told and a.deviation < WORTH * b.deviation]
 
@@ -70,10 +71,10 @@ def _moves(orientation: FloatArray, point: Point) -> Iterator[tuple[str, FreeAir
             said = f"turn the flange by {words} about its {letter} axis, and hold it {LASTS:g} s"
             yield said, _run(np.repeat(turned, 1000, axis=0), point)
         time = np.arange(1000) * LASTS / 1000
-        swing = SWING * np.sin(2.0 * np.pi * FREQUENCY * time)
+        swing = SWING * np.sin(2.0 * np.pi * SWING_FREQUENCY * time)
         said = (
             f"swing the flange about its {letter} axis by {np.degrees(SWING):.0f} degrees either "
-            f"way, {FREQUENCY:g} times a second, for {LASTS:g} s"
+            f"way, {SWING_FREQUENCY:g} times a second, for {LASTS:g} s"
         )
         yield said, _run(_turned(orientation, axis, swing), point)
 
@@ -87,7 +88,7 @@ def _run(orientation: FloatArray, point: Point) -> FreeAir:
 
 def _turned(orientation: FloatArray, axis: int, angles: FloatArray) -> FloatArray:
     """Return an orientation turned about one of its own axes, shape (n, 4)."""
-    return turned_by(orientation, angles[:, None] * np.eye(3)[axis])
+    return turn_orientation(orientation, angles[:, None] * np.eye(3)[axis])
 
 
 def _information(run: FreeAir, point: Point, noise: FloatArray) -> FloatArray:
@@ -95,4 +96,5 @@ def _information(run: FreeAir, point: Point, noise: FloatArray) -> FloatArray:
     _, slopes = point.wrench(smoothed)
     # As many samples as the filter lets count.
     weight = LASTS / (run.period * len(smoothed.time)) / noise**2
-    return np.einsum("naj,a,nak->jk", slopes, weight, slopes)
+    found: FloatArray = np.einsum("naj,a,nak->jk", slopes, weight, slopes)
+    return found

@@ -11,11 +11,11 @@ from scipy import signal
 
 from tissue_probe.signals import FloatArray
 
-CUTOFF = 8.0
+LOAD_CUTOFF = 8.0
 """Half of the amplitude passes at this frequency [Hz]. Arms move below 3 Hz. Above, twice
 differentiated poses are noise: of 10 um at 250 Hz with 0.8 kg .003 N up to 8 Hz, .08 N up to 30 Hz,
 where the fit takes it for a delay."""
-TRANSITION = 4.0
+LOAD_TRANSITION = 4.0
 """The filter is as long as two periods of this frequency [Hz]."""
 
 
@@ -38,8 +38,8 @@ class Smoother:
 
     def __init__(self, period: float) -> None:
         rate = 1.0 / period
-        self.half = round(rate / TRANSITION)
-        weights = signal.firwin(2 * self.half + 1, CUTOFF, window=("kaiser", 5.0), fs=rate)
+        self.half = round(rate / LOAD_TRANSITION)
+        weights = signal.firwin(2 * self.half + 1, LOAD_CUTOFF, window=("kaiser", 5.0), fs=rate)
         self.passed = float(np.sum(weights**2))
         rest = -weights
         rest[self.half] += 1.0
@@ -50,4 +50,5 @@ class Smoother:
 
     def __call__(self, rows: FloatArray) -> FloatArray:
         """Return rows, shape (n, c), smoothed: shape (n - 2 half, c)."""
-        return signal.oaconvolve(rows, self._weights[:, None], mode="valid", axes=0)
+        found: FloatArray = signal.oaconvolve(rows, self._weights[:, None], mode="valid", axes=0)
+        return found

@@ -12,7 +12,7 @@ NOT_TO_BE_USED = {
 }
 
 
-def left_out(row: Mapping[str, Any]) -> str:
+def explain_exclusion(row: Mapping[str, Any]) -> str:
     """Return why a row is in no statistics, in a sentence; empty where it is in them."""
     if row["status"] != "done":
         return str(row["sentence"])

@@ -9,10 +9,10 @@ from typing import Any
 
 from tissue_probe.quantities import SIDE
 from tissue_probe.report.frequency_plot import GROUPS, FrequencyPlot, FrequencyPoint
-from tissue_probe.studies.exclusion import left_out
+from tissue_probe.studies.exclusion import explain_exclusion
 from tissue_probe.studies.result import deviation_of
 
-PARTS = {"storage": "Storage k", "loss": "Loss 2πfβ"}
+FREQUENCY_PARTS = {"storage": "Storage k", "loss": "Loss 2πfβ"}
 
 
 def plots_over_frequency(
@@ -29,12 +29,12 @@ def plots_over_frequency(
     links : mapping of str to str
         A page about each recording by its path; empty for none.
     """
-    used = [each for each in rows if "frequency" in each and not left_out(each)]
+    used = [each for each in rows if "frequency" in each and not explain_exclusion(each)]
     if by:  # as its statistics do
         used = [each for each in used if by in each]
     groups = sorted({str(each[by]) for each in used}) if by else []
     shown = groups if len(groups) <= GROUPS else []
-    for name, title in PARTS.items():
+    for name, title in FREQUENCY_PARTS.items():
         points = [_point(each, name, by, shown, links) for each in used if _is_drawable(each, name)]
         if points:
             note = _note(len(used) - len(points), by, groups, shown)

@@ -19,18 +19,18 @@ from tissue_probe.analysis.as_options import as_options
 from tissue_probe.analysis.question import Asked
 from tissue_probe.errors import ParameterError
 from tissue_probe.quantities import SIDE
-from tissue_probe.report.study_page import Factor, Forest, Level, Line, StudyPage, Told
-from tissue_probe.studies.exclusion import left_out
+from tissue_probe.report.study_page import Factor, Forest, Level, Line, StudyFacts, StudyPage
+from tissue_probe.studies.exclusion import explain_exclusion
 from tissue_probe.studies.over_frequency import plots_over_frequency
 from tissue_probe.studies.result import StudyResult, deviation_of
-from tissue_probe.studies.row import ROW_HAS, SHOWN, SIGNALS
+from tissue_probe.studies.row import ROW_HAS, SHOWN, SIGNAL_STATEMENTS
 from tissue_probe.studies.spread import Spread
 
 #: Lines of a forest, rows of the list: a reader looks at no more, and the page stays light.
-DRAWN, LISTED = 100, 1000
+LINES_DRAWN, LISTED = 100, 1000
 #: Levels of a factor that are compared; one with more (specimens, days) is only counted.
 LEVELS = 12
-UNITS = {"stiffness": "N/m", "damping": "N s/m"}
+PARAMETER_UNITS = {"stiffness": "N/m", "damping": "N s/m"}
 NAMES = {"stiffness": "Stiffness k", "damping": "Damping beta"}
 
 
@@ -49,13 +49,13 @@ def page_of(
     links = {each["path"]: _link(each, folder) for each in rows}
     own = [each for each in rows if not links[each["path"]]]
     spread, note = _spread(found, value, specimen, by)
-    excluded = [each for each in rows if left_out(each)]
+    excluded = [each for each in rows if explain_exclusion(each)]
     return StudyPage(
         title=f"Study of {len(rows)} recordings",
         work=_work(found, excluded),
         notes=found.notes,
         excluded=[
-            Told(_name(each), links[each["path"]], (each["status"], left_out(each)))
+            StudyFacts(_name(each), links[each["path"]], (each["status"], explain_exclusion(each)))
             for each in excluded[:LISTED]
         ],
         forests=list(_forests(found, value, specimen, by, links)),
@@ -67,7 +67,9 @@ def page_of(
         effects=_effects(found),
         columns=columns,
         recordings=[
-            Told(_name(each), links[each["path"]], [_cell(each.get(name, "")) for name in columns])
+            StudyFacts(
+                _name(each), links[each["path"]], [_cell(each.get(name, "")) for name in columns]
+            )
             for each in rows[:LISTED]
         ],
         left=f"The others are in table.csv: {len(rows) - LISTED}." if len(rows) > LISTED else "",
@@ -104,7 +106,7 @@ def _link(row: Mapping[str, Any], folder: Path) -> str:
 
 
 def _command(row: Mapping[str, Any], question: Mapping[str, Any], folder: Path) -> str:
-    known = {*Asked.__annotations__, *SIGNALS}
+    known = {*Asked.__annotations__, *SIGNAL_STATEMENTS}
     stated = {name: given for name, given in question.items() if name in known}
     stated["output"] = str(folder / report_folder(row))
     return " ".join(["tissue_probe improve", quote(row["path"]), *as_options(stated)])
@@ -146,7 +148,7 @@ def _spread_lines(found: Spread) -> Iterator[tuple[str, str]]:
 
 
 def _called(value: str) -> str:
-    unit = f" [{UNITS[value]}]" if value in UNITS else ""
+    unit = f" [{PARAMETER_UNITS[value]}]" if value in PARAMETER_UNITS else ""
     return f"{NAMES.get(value, value)}{unit}"
 
 
@@ -154,7 +156,7 @@ def _forests(
     found: StudyResult, value: str, specimen: str, by: str | None, links: Mapping[str, str]
 ) -> Iterator[Forest]:
     """Yield the plots; none where all recordings are left out of the statistics."""
-    used = [each for each in found.rows if not left_out(each)]
+    used = [each for each in found.rows if not explain_exclusion(each)]
     for name in dict.fromkeys((value, "stiffness", "damping")) if used else ():
         if name == value or any(name in each for each in used):
             forest = _forest(found, name, specimen, by, links)
@@ -168,7 +170,7 @@ def _forest(
     sd = deviation_of(value)
     spread, _ = _spread(found, value, specimen, by)
     factors = [] if spread is None else [specimen, *([by] if by else [])]
-    rows = found.taken((value, sd, *factors))
+    rows = found.take_rows((value, sd, *factors))
     beside = spread.borrowed if spread else len(rows) * [math.nan]
     lines = [
         Line(
@@ -190,14 +192,21 @@ def _forest(
     note = "Bars: 95 % intervals of each recording alone."
     if spread:
         note += " Rings: its value where its specimen and group count, too. Diamonds: means."
-    if len(lines) > DRAWN:
-        note += f" The first {DRAWN} of {len(lines)} recordings are drawn."
-    return Forest(NAMES.get(value, value), UNITS.get(value, "SI"), note, [*heads, *lines[:DRAWN]])
+    if len(lines) > LINES_DRAWN:
+        note += f" The first {LINES_DRAWN} of {len(lines)} recordings are drawn."
+    return Forest(
+        NAMES.get(value, value),
+        PARAMETER_UNITS.get(value, "SI"),
+        note,
+        [*heads, *lines[:LINES_DRAWN]],
+    )
 
 
 def _factor(found: StudyResult, name: str, value: str, specimen: str) -> Factor:
     of = Counter(each[name] for each in found.rows if name in each)
-    used = Counter(each[name] for each in found.rows if name in each and not left_out(each))
+    used = Counter(
+        each[name] for each in found.rows if name in each and not explain_exclusion(each)
+    )
     if len(of) > LEVELS:
         return Factor(name, (), note=f"{len(of)} values: {_few(sorted(of))}.")
     means: dict[str, str] = {}

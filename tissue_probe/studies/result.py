@@ -11,11 +11,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from tissue_probe import arguments as take
-from tissue_probe.alike import Alike
 from tissue_probe.errors import FileError, ParameterError
+from tissue_probe.likeness import Alike
 from tissue_probe.one_line import sentence
 from tissue_probe.studies.agreement import Agreement, agreement_of
-from tissue_probe.studies.exclusion import left_out
+from tissue_probe.studies.exclusion import explain_exclusion
 from tissue_probe.studies.provenance import refuse_two_questions
 from tissue_probe.studies.shares import shares_missing
 from tissue_probe.studies.spread import Interval, Spread, spread_of
@@ -96,7 +96,7 @@ class StudyResult(Alike):
             group answer two questions.
         """
         columns = (value, deviation_of(value), specimen, *([by] if by else []))
-        refuse_two_questions(self.taken(columns), by)
+        refuse_two_questions(self.take_rows(columns), by)
         y, sd, of, *groups = self._known(columns)
         return spread_of(
             np.array(y, dtype=float), np.array(sd, dtype=float), of, groups[0] if groups else None
@@ -125,7 +125,7 @@ class StudyResult(Alike):
             If there is no such column, the factor has not two values, there are too few pairs, or
             the rows of one of the two answer two questions.
         """
-        refuse_two_questions(self.taken((value, of, specimen)), of)
+        refuse_two_questions(self.take_rows((value, of, specimen)), of)
         y, ways, pairs = self._known((value, of, specimen))
         names = sorted(set(ways))
         if len(names) != 2:
@@ -150,7 +150,7 @@ class StudyResult(Alike):
         refuse_two_questions([each for each in self.rows if "verdict" in each], None)
         return shares_missing(self.rows)
 
-    def taken(self, columns: Sequence[str]) -> list[Mapping[str, Any]]:
+    def take_rows(self, columns: Sequence[str]) -> list[Mapping[str, Any]]:
         """Return the rows that statistics of some columns take: those that have all of them.
 
         Raises
@@ -158,7 +158,7 @@ class StudyResult(Alike):
         ParameterError
             If no row in the statistics has one of the columns.
         """
-        done = [each for each in self.rows if not left_out(each)]
+        done = [each for each in self.rows if not explain_exclusion(each)]
         if not done:
             raise ParameterError("all recordings are left out of the statistics: see why in each")
         names = list(dict.fromkeys(name for each in done for name in each))
@@ -168,7 +168,7 @@ class StudyResult(Alike):
         return [each for each in done if all(name in each for name in columns)]
 
     def _known(self, columns: Sequence[str]) -> list[list[Any]]:
-        rows = self.taken(columns)
+        rows = self.take_rows(columns)
         return [[each[name] for each in rows] for name in columns]
 
     @take.checks(path=take.path, value=take.text, specimen=take.text, by=take.optional(take.text))

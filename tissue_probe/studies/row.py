@@ -46,7 +46,7 @@ SHOWN = (
 )
 
 #: Statements on a file's signals, which ``read`` takes.
-SIGNALS = tuple(each.name for each in fields(Layout))
+SIGNAL_STATEMENTS = tuple(each.name for each in fields(Layout))
 #: Keywords that ``estimate`` takes.
 FILTERED = ("estimator", "settings", "model", "effects", "rig", "restart_at_site", "site")
 
@@ -59,7 +59,7 @@ def check_question(task: Task, question: Mapping[str, Any]) -> None:
     ParameterError
         Names those that it takes.
     """
-    known = (*(FILTERED if task == "estimate" else Asked.__annotations__), *SIGNALS)
+    known = (*(FILTERED if task == "estimate" else Asked.__annotations__), *SIGNAL_STATEMENTS)
     if unknown := [name for name in question if name not in known]:
         raise ParameterError(f"{task} takes no `{unknown[0]}`; it takes {', '.join(known)}")
 
@@ -119,8 +119,8 @@ def row(path: str | Path, task: Task = "estimate", **question: Any) -> dict[str,
 
 
 def _answer(path: Path, task: Task, question: dict[str, Any]) -> dict[str, Any]:
-    signals = {name: given for name, given in question.items() if name in SIGNALS}
-    asked = {name: given for name, given in question.items() if name not in SIGNALS}
+    signals = {name: given for name, given in question.items() if name in SIGNAL_STATEMENTS}
+    asked = {name: given for name, given in question.items() if name not in SIGNAL_STATEMENTS}
     layout = Layout(**signals)
     layout.check_signals()
     measured = read_by(layout, [path])

@@ -17,13 +17,13 @@ from tissue_probe.studies.key import key_of, key_of_question, state_of
 from tissue_probe.studies.plan import Plan, read_plan
 from tissue_probe.studies.provenance import doubts
 from tissue_probe.studies.result import StudyResult
-from tissue_probe.studies.row import ROW_HAS, SIGNALS, check_question, row
+from tissue_probe.studies.row import ROW_HAS, SIGNAL_STATEMENTS, check_question, row
 
 #: A batch is written when it has so many rows, or after so long [s]: so much is computed again
 #: where the machine dies.
-BATCH, OFTEN = 200, 10.0
+BATCH, BATCH_TIME = 200, 10.0
 #: The folder of the batches, beside the table of all.
-ROWS = "rows"
+ROWS_FOLDER = "rows"
 
 Progress = Callable[[int, int], None]
 
@@ -68,7 +68,7 @@ def study(
     check_question(plan.task, plan.question)
     _refuse_names(plan.factors)
     recordings = {os.path.realpath(path): factors for path, factors in plan.recordings.items()}
-    kept, asked = Dataset(plan.output / ROWS), key_of_question(plan.task, plan.question)
+    kept, asked = Dataset(plan.output / ROWS_FOLDER), key_of_question(plan.task, plan.question)
     before = {each["path"]: each for each in kept.read()}
     done = dict(_held(before, recordings, asked))
     wanted = [path for path in recordings if path not in done]
@@ -96,7 +96,7 @@ def _refuse_names(factors: Sequence[str]) -> None:
     """Refuse factors called as columns of rows are, and those that seem to set a keyword."""
     if taken := [name for name in factors if name in ROW_HAS or "." in name]:
         raise ParameterError(f"a factor is called {taken[0]}, as a column of rows is: rename it")
-    if taken := [name for name in factors if name == "rig" or name in SIGNALS]:
+    if taken := [name for name in factors if name == "rig" or name in SIGNAL_STATEMENTS]:
         raise ParameterError(
             f"a factor is called {taken[0]}, and one question, with its `{taken[0]}`, is asked of "
             "all recordings of a study: run a study for each, or rename the factor"
@@ -145,7 +145,7 @@ def _written(
     try:
         for each in rows:
             waiting.append({**each, **recordings[each["path"]]})
-            if len(waiting) >= BATCH or time.monotonic() - last > OFTEN:
+            if len(waiting) >= BATCH or time.monotonic() - last > BATCH_TIME:
                 kept.write(waiting)
                 written, waiting, last = waiting, [], time.monotonic()
                 yield from written

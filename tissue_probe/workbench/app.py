@@ -21,11 +21,11 @@ from starlette.routing import Route, WebSocketRoute
 from starlette.websockets import WebSocket
 
 from tissue_probe.errors import TissueProbeError
-from tissue_probe.workbench import state, told, uploads
-from tissue_probe.workbench.opened import Opened
-from tissue_probe.workbench.refused import RequestRefused, describe_refusal
+from tissue_probe.workbench import desk_messages, state, uploads
+from tissue_probe.workbench.opened_file import Opened
+from tissue_probe.workbench.refusal import RequestRefused, describe_refusal
 from tissue_probe.workbench.requests import Requests
-from tissue_probe.workbench.taken import take
+from tissue_probe.workbench.taken_files import take
 
 PAGE = Path(__file__).parent / "page"
 PAGE_TYPES = {".html": "text/html", ".css": "text/css", ".js": "text/javascript",
@@ -39,7 +39,7 @@ BYTES_TYPE = "application/octet-stream"
 async def _answer_refusal(request: Request, error: Exception) -> Response:
     assert isinstance(error, (TissueProbeError, OSError))
     desk = request.app.state.requests.desk
-    words = told.without_paths(desk, str(describe_refusal(error)))
+    words = desk_messages.without_paths(desk, str(describe_refusal(error)))
     return PlainTextResponse(f"{words}\n", status_code=409)
 
 
@@ -94,7 +94,7 @@ def application(requests: Requests, folder: Path) -> Starlette:
 
     async def upload(request: Request) -> Response:
         path = await uploads.keep(_file_name(request), request.stream(), folder)
-        if path.suffix == state.ENDING:
+        if path.suffix == state.STATE_ENDING:
             await requests.change(lambda: _open_state(requests, path))
             return JSONResponse({"state": True})
         opened = await requests.change(lambda: _open(requests, path))
@@ -141,7 +141,7 @@ async def _open(requests: Requests, path: Path) -> Opened:
 
 async def _open_state(requests: Requests, path: Path) -> None:
     """Replace the desk by a kept one."""
-    kept = await asyncio.to_thread(state.unpacked_state, path, path.parent / "state")
+    kept = await asyncio.to_thread(state.unpack_state, path, path.parent / "state")
     for number in list(requests.desk.files):
         requests.desk.forget(number)
     await state.restore(requests.desk, kept)

@@ -15,10 +15,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from tissue_probe.workbench.opened import Opened
-from tissue_probe.workbench.question import Asked
-from tissue_probe.workbench.refused import RequestRefused
-from tissue_probe.workbench.work import READING, Work, predicted_file
+from tissue_probe.workbench.opened_file import Opened
+from tissue_probe.workbench.page_messages import ErrorsMessage, OwnEffectMessage
+from tissue_probe.workbench.question import StatedQuestion
+from tissue_probe.workbench.refusal import RequestRefused
+from tissue_probe.workbench.work import READING, Work, predict_file
 from tissue_probe.workbench.workshop import Cancelled, Workshop
 
 if TYPE_CHECKING:
@@ -26,7 +27,7 @@ if TYPE_CHECKING:
     from tissue_probe.analysis.diagnosing import DiagnosisResult
     from tissue_probe.analysis.mapping import MapResult
     from tissue_probe.analysis.measurements import Measurements
-    from tissue_probe.workbench.studied import Studied
+    from tissue_probe.workbench.opened_study import Studied
 
 
 @dataclass
@@ -60,7 +61,7 @@ class Ranking:
     """
 
     rung: int
-    told: dict[str, dict[str, float]] = field(default_factory=dict)
+    told: dict[str, ErrorsMessage] = field(default_factory=dict)
     result: DiagnosisResult | None = None
     answer: dict[str, Any] = field(default_factory=dict)
     kept: TemporaryDirectory[str] = field(default_factory=TemporaryDirectory)
@@ -84,7 +85,7 @@ class Ranking:
             raise RequestRefused("the ranking is of another model")
         if self.result is not None:
             return self.result.explained_by(effect, stretch)
-        path = predicted_file(Path(self.kept.name), effect, stretch)
+        path = predict_file(Path(self.kept.name), effect, stretch)
         if effect not in self.told or not path.exists():
             raise RequestRefused(f"{effect} is not fitted yet")
         return np.fromfile(path) - rung.compared.fit.predicted[stretch]
@@ -115,9 +116,9 @@ class Desk:
         self.files: dict[int, Opened] = {}
         self.fitted: int | None = None
         self.second: int | None = None
-        self.asked = Asked()
+        self.asked = StatedQuestion()
         self.effects: tuple[str, ...] = ()
-        self.own: list[dict[str, Any]] = []
+        self.own: list[OwnEffectMessage] = []
         self.rungs: list[Rung] = []
         self.ranking: Ranking | None = None
         self.map: MapResult | None = None
@@ -245,7 +246,7 @@ class Desk:
             )
         again = fitted != self.fitted or not self.rungs
         self.fitted, self.second = fitted, second
-        if self._has_sites(fitted) and self.asked.site is None:
+        if self._has_sites(fitted) and self.asked.of_samples()["site"] is None:
             self._forget_fits()
             await self.draw_map(fitted)
             return
@@ -284,7 +285,7 @@ class Desk:
         """Whether nobody has said on which rig the chosen recording was measured."""
         measured = self.files[self.fitted].measured if self.fitted in self.files else None
         own = measured is None or all(part.is_own for part in measured.parts)
-        return self.asked.rig is None and not own
+        return self.asked.parameters()["rig"] is None and not own
 
     async def compare(self) -> None:
         """Fit the model that is asked about to the chosen recording: the first rung.
@@ -351,7 +352,10 @@ class Desk:
 
         def hear(told: dict[str, Any]) -> None:
             if effect := told.get("effect"):
-                ranking.told[effect] = {n: told[n] for n in ("rmse", "heldout_rmse")}
+                ranking.told[effect] = {
+                    "rmse": told["rmse"],
+                    "heldout_rmse": told["heldout_rmse"],
+                }
 
         second = None if self.second is None else self.file(self.second).measured
         assert self.fitted is not None
@@ -405,18 +409,18 @@ class Desk:
         if opened.problem is not None:
             raise opened.problem
         self._read_already(opened)
-        self.asked = Asked().changed(self.study.asked)
+        self.asked = StatedQuestion().changed(self.study.asked)
         self._forget_fits()
         await self.use(opened.number, None)
 
-    async def take_effects(self, path: Path) -> list[dict[str, Any]]:
+    async def take_effects(self, path: Path) -> list[OwnEffectMessage]:
         """Run a file of effects of the user's own, and take them among those that are tried."""
-        found: list[dict[str, Any]] = await self._do(
+        found: list[OwnEffectMessage] = await self._do(
             "effects of your own are checked", "check_effects", {"path": str(path)}
         )
         self.effects = (*(each for each in self.effects if each != str(path)), str(path))
         self.own = [*(e for e in self.own if e["file"] != path.name),
-                    *({**each, "file": path.name} for each in found)]  # fmt: skip
+                    *(_note_file(each, path.name) for each in found)]  # fmt: skip
         if self.fitted is not None and self.rungs:
             added = [rung.added for rung in self.rungs[1:]]
             await self.compare()
@@ -482,3 +486,7 @@ class Desk:
             if self.job is job:
                 self.job = None
             self.briefly()
+
+
+def _note_file(effect: OwnEffectMessage, file: str) -> OwnEffectMessage:
+    return {**effect, "file": file}

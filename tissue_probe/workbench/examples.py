@@ -11,7 +11,8 @@ from pathlib import Path
 
 from tissue_probe.analysis.choices import OWN_RIG
 from tissue_probe.configuration import stock_example
-from tissue_probe.workbench.question import Asked
+from tissue_probe.workbench.page_messages import ExampleMessage
+from tissue_probe.workbench.question import StatedQuestion
 
 
 @dataclass(frozen=True)
@@ -22,7 +23,9 @@ class Example:
     told: str
     files: tuple[str, ...]
     layout: Mapping[str, str] = field(default_factory=dict)
-    asked: Asked = field(default_factory=lambda: Asked(rig=OWN_RIG, starts="at-rest"))
+    asked: StatedQuestion = field(
+        default_factory=lambda: StatedQuestion({"rig": OWN_RIG, "starts": "at-rest"})
+    )
 
     @property
     def paths(self) -> list[Path]:
@@ -59,11 +62,11 @@ EXAMPLES = {
         "A scan of a phantom",
         "Sites on a grid: a map, and each site's recording behind it.",
         ("scan.mcap",),
-        asked=Asked(),
+        asked=StatedQuestion(),
     ),
 }
 
 
-def describe_examples() -> list[dict[str, str]]:
+def describe_examples() -> list[ExampleMessage]:
     """Return names, titles and descriptions."""
     return [{"name": n, "title": each.title, "told": each.told} for n, each in EXAMPLES.items()]

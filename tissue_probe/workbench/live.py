@@ -13,7 +13,7 @@ import sys
 from typing import Any
 
 from tissue_probe.workbench.pages import Pages
-from tissue_probe.workbench.refused import RequestRefused
+from tissue_probe.workbench.refusal import RequestRefused
 from tissue_probe.workbench.watching import MAP_KIND
 from tissue_probe.workbench.worker import DONE, FRAME
 

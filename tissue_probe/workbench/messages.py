@@ -17,7 +17,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-TYPES = {"f4": np.dtype("<f4"), "f8": np.dtype("<f8"), "u2": np.dtype("<u2")}
+TYPES: dict[str, np.dtype[Any]] = {
+    "f4": np.dtype("<f4"),
+    "f8": np.dtype("<f8"),
+    "u2": np.dtype("<u2"),
+}
 _ALIGNED = 8
 
 
@@ -52,7 +56,8 @@ def unpack_message(message: bytes) -> tuple[dict[str, Any], dict[str, NDArray[An
     """
     size = int.from_bytes(message[:4], "little")
     head = json.loads(message[4 : 4 + size])
-    at, arrays = 4 + size, {}
+    at = 4 + size
+    arrays: dict[str, NDArray[Any]] = {}
     for name, kind, count in head.pop("arrays"):
         arrays[name] = np.frombuffer(message, TYPES[kind], count, at)
         at += arrays[name].nbytes

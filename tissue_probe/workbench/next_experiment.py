@@ -13,7 +13,8 @@ from numpy.typing import NDArray
 import tissue_probe as tp
 from tissue_probe.analysis.diagnosing import DiagnosisResult
 from tissue_probe.workbench.decimation import lines
-from tissue_probe.workbench.refused import RequestRefused
+from tissue_probe.workbench.page_messages import NextMessage
+from tissue_probe.workbench.refusal import RequestRefused
 
 #: Width of the plot; of more columns there would be several a pixel.
 PIXELS = 1500
@@ -23,7 +24,7 @@ MODELS_DRAWN = 3
 
 def next_experiment(
     result: DiagnosisResult | None,
-) -> tuple[dict[str, Any], dict[str, NDArray[Any]]]:
+) -> tuple[NextMessage, dict[str, NDArray[Any]]]:
     """Return the suggested experiment: its motion, and the output that each rival model predicts.
 
     Raises

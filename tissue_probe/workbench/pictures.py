@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections import OrderedDict
 from dataclasses import asdict
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,11 +20,20 @@ from tissue_probe.analysis.error_view import ErrorView
 from tissue_probe.signals import NANOSECONDS, spans_of
 from tissue_probe.workbench.decimation import dots, lines
 from tissue_probe.workbench.desk import Desk
-from tissue_probe.workbench.refused import RequestRefused
-from tissue_probe.workbench.requested import Dots, Lines, LookRequest, Recorded
+from tissue_probe.workbench.page_messages import (
+    BrushMessage,
+    DotsMessage,
+    LinesMessage,
+    NoMessage,
+    ProfileMessage,
+    RegionMessage,
+    SpectrumMessage,
+    WhereMessage,
+)
+from tissue_probe.workbench.refusal import RequestRefused
+from tissue_probe.workbench.request_declarations import Dots, Lines, LookRequest, Recorded
 
 Arrays = dict[str, NDArray[Any]]
-Picture = tuple[dict[str, Any], Arrays]
 Spans = list[tuple[float, float]]
 #: Views that are kept: rungs of a long ladder, on both recordings.
 VIEWS_KEPT = 24
@@ -40,7 +49,7 @@ class Pictures:
         #: Each view, with the times of the samples that were not fitted.
         self._views: OrderedDict[tuple[int, str, int], tuple[ErrorView, Spans]] = OrderedDict()
 
-    def draw_recording(self, asked: Recorded) -> Picture:
+    def draw_recording(self, asked: Recorded) -> tuple[NoMessage, Arrays]:
         """Return position and force of a recording as they were read, over the whole of it.
 
         Of several that lie in one file, it is the one that is named by ``part``.
@@ -57,7 +66,7 @@ class Pictures:
         time = np.interp(numbers, np.arange(since.size), since)
         return {}, {"time": time, **{n: each.astype(np.float32) for n, each in drawn.items()}}
 
-    def lines(self, asked: Lines) -> Picture:
+    def lines(self, asked: Lines) -> tuple[LinesMessage, Arrays]:
         """Return measured, predicted and residual over a span of time.
 
         With ``values``, the model's prediction at those is drawn in place of the fit's; with
@@ -66,26 +75,31 @@ class Pictures:
         view, unused = self._view_and_unused(asked)
         signals = {"measured": view.measured, "predicted": view.predicted,
                    "residual": view.residual}  # fmt: skip
-        told: dict[str, Any] = {"noise": view.noise}
+        error: float | None = None
         if asked.values:
             predicted = self._compare_model(asked).predict(asked.values, asked.stretch)
             if not np.isfinite(predicted).all():
                 raise RequestRefused("`values`: the model diverges there")
             signals |= {"predicted": predicted, "residual": view.measured - predicted}
             used = signals["residual"][view.used]
-            told["rmse"] = float(np.sqrt(np.mean(used**2)))
+            error = float(np.sqrt(np.mean(used**2)))
         if asked.effect:
             signals["explained"] = self._explain_residual(asked.effect, asked)
         first, stop = _span(asked, view)
         numbers, drawn = lines(signals, first, stop, asked.width)
         found: Arrays = {"time": numbers * view.sample_period}
         found |= {name: each.astype(np.float32) for name, each in drawn.items()}
-        told["unused"] = unused
-        told["dense"] = numbers.size < stop - first
-        told["end"] = view.measured.size * view.sample_period
+        told: LinesMessage = {
+            "noise": view.noise,
+            "unused": unused,
+            "dense": numbers.size < stop - first,
+            "end": view.measured.size * view.sample_period,
+        }
+        if error is not None:
+            told["rmse"] = error
         return told, found
 
-    def dots(self, asked: Dots) -> Picture:
+    def dots(self, asked: Dots) -> tuple[DotsMessage, Arrays]:
         """Return the residual over indentation, speed or phase; brushed samples apart."""
         view = self._view(asked)
         x, y = view.along(asked.axis), view.residual
@@ -97,7 +111,7 @@ class Pictures:
             found |= dict(zip(("marked_x", "marked_y"), marked, strict=True))
         return {"limits": limits}, {name: each.astype(np.float32) for name, each in found.items()}
 
-    def spectrum(self, asked: LookRequest) -> Picture:
+    def spectrum(self, asked: LookRequest) -> tuple[SpectrumMessage, Arrays]:
         """Return the density of the residual's power, that of noise, and of brushed samples."""
         view = self._view(asked)
         frequencies, density = view.spectrum()
@@ -107,7 +121,7 @@ class Pictures:
         white = 2.0 * view.sample_period * view.noise**2
         return {"white": white}, {n: each.astype(np.float32) for n, each in found.items()}
 
-    def brush(self, asked: LookRequest) -> Picture:
+    def brush(self, asked: LookRequest) -> tuple[BrushMessage, Arrays]:
         """Return the times of the samples that a look along an axis means, and their error."""
         view = self._view(asked)
         chosen = self._select_brushed(view, asked)
@@ -117,15 +131,15 @@ class Pictures:
         spans = _spans(chosen, view.sample_period)
         return {"spans": spans, "count": int(chosen.sum()), "rmse": error}, {}
 
-    def where(self, asked: LookRequest) -> Picture:
+    def where(self, asked: LookRequest) -> tuple[WhereMessage, Arrays]:
         """Return where the model fails: a region of each axis, with the sentence on it."""
         found = self._view(asked).where
-        regions = [
+        regions: list[ProfileMessage] = [
             {
                 "axis": profile.quantity,
                 "unit": profile.unit,
                 "told": profile.describe(),
-                "here": profile.here and asdict(profile.here),
+                "here": None if profile.here is None else cast(RegionMessage, asdict(profile.here)),
                 "foremost": profile is found.here,
             }
             for profile in found.profiles

@@ -1,14 +1,15 @@
-"""The question, as a page states it: the items of ``analysis.asked``, but for files."""
+"""The question, as a page states it: the items of ``analysis.question_items``, but for files."""
 
 from __future__ import annotations
 
-from dataclasses import field, make_dataclass, replace
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from typing import Any
 
-from tissue_probe.analysis.asked import ITEMS_BY_NAME, Item
-from tissue_probe.workbench import stated
-from tissue_probe.workbench.declared import shorten_value
-from tissue_probe.workbench.refused import RequestRefused
+from tissue_probe.analysis.question_items import ITEMS_BY_NAME, Item
+from tissue_probe.workbench import form_values
+from tissue_probe.workbench.declaration import shorten_value
+from tissue_probe.workbench.refusal import RequestRefused
 
 #: Values supposed where a page states nothing; of others' recordings the rig is asked for.
 SUPPOSED: dict[str, Any] = {"tissue": "kelvin_voigt"}
@@ -16,7 +17,7 @@ SUPPOSED: dict[str, Any] = {"tissue": "kelvin_voigt"}
 PAGE_ITEMS = tuple(each for each in ITEMS_BY_NAME.values() if each.kind not in ("file", "files"))
 
 
-def checked_question(given: dict[str, Any]) -> dict[str, Any]:
+def check_question(given: dict[str, Any]) -> dict[str, Any]:
     """Return a page's statements on the model, as ``tissue_probe.compare`` takes them.
 
     Raises
@@ -27,35 +28,34 @@ def checked_question(given: dict[str, Any]) -> dict[str, Any]:
     return {name: _check_statement(name, value) for name, value in given.items()}
 
 
-def _apply_changes(asked: Any, given: dict[str, Any]) -> Any:
-    """Return it with a page's statements, checked."""
-    return replace(asked, **checked_question(given))
+@dataclass(frozen=True)
+class StatedQuestion:
+    """The question, by the names of the items: what is stated, and what is supposed elsewhere.
+
+    ``constants`` holds (value, standard deviation) by name.
+    """
+
+    items: Mapping[str, Any] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        whole = {each.name: self.items.get(each.name, _suppose(each)) for each in PAGE_ITEMS}
+        object.__setattr__(self, "items", whole)
+
+    def changed(self, given: dict[str, Any]) -> StatedQuestion:
+        """Return it with a page's further statements, checked."""
+        return StatedQuestion({**self.items, **check_question(given)})
+
+    def parameters(self) -> dict[str, Any]:
+        """Return it as ``compare`` and ``diagnose`` take it: None where nothing is stated."""
+        return dict(self.items)
+
+    def of_samples(self) -> dict[str, Any]:
+        """Return the part that is of the samples, and not of the model."""
+        return {name: self.items[name] for name in ("starts", "site", "lowpass", "course")}
 
 
-def _parameters(asked: Any) -> dict[str, Any]:
-    """Return it as ``compare`` and ``diagnose`` take it."""
-    return {each.name: getattr(asked, each.name) for each in PAGE_ITEMS}
-
-
-def _of_samples(asked: Any) -> dict[str, Any]:
-    """Return the part that is of the samples, and not of the model."""
-    return {name: getattr(asked, name) for name in ("starts", "site", "lowpass", "course")}
-
-
-def _field(item: Item) -> tuple[str, Any, Any]:
-    if item.kind in ("constants", "odds"):
-        return item.name, dict[str, Any], field(default_factory=dict)
-    return item.name, Any, field(default=SUPPOSED.get(item.name, item.default))
-
-
-#: Parameters of ``tissue_probe.compare``; None where the user states nothing. ``constants`` holds
-#: (value, standard deviation) by name.
-Asked = make_dataclass(
-    "Asked",
-    map(_field, PAGE_ITEMS),
-    namespace={"changed": _apply_changes, "parameters": _parameters, "of_samples": _of_samples},
-    frozen=True,
-)
+def _suppose(item: Item) -> Any:
+    return {} if item.kind in ("constants", "odds") else SUPPOSED.get(item.name, item.default)
 
 
 def _check_statement(name: str, value: Any) -> Any:
@@ -74,10 +74,10 @@ def _check_statement(name: str, value: Any) -> Any:
 
 
 _READ: dict[str, Any] = {
-    "flag": stated.flag,
-    "whole": stated.whole,
-    "number": stated.number,
-    "constants": stated.constants,
-    "odds": stated.odds,
-    "names": stated.names,
+    "flag": form_values.flag,
+    "whole": form_values.whole,
+    "number": form_values.number,
+    "constants": form_values.constants,
+    "odds": form_values.odds,
+    "names": form_values.names,
 }

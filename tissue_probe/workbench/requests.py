@@ -16,17 +16,18 @@ from pathlib import Path
 from typing import Any
 
 from tissue_probe.errors import TissueProbeError
-from tissue_probe.workbench import examples, requested, told, uploads
-from tissue_probe.workbench.declared import shorten_value
+from tissue_probe.workbench import desk_messages, examples, request_declarations, uploads
+from tissue_probe.workbench.declaration import shorten_value
 from tissue_probe.workbench.desk import Desk
 from tissue_probe.workbench.live import LiveListener
-from tissue_probe.workbench.mapped import raster
+from tissue_probe.workbench.map_messages import raster
 from tissue_probe.workbench.messages import as_json, pack_message
 from tissue_probe.workbench.next_experiment import next_experiment
+from tissue_probe.workbench.page_messages import ChoicesMessage
 from tissue_probe.workbench.pages import Page, Pages
-from tissue_probe.workbench.pictures import Picture, Pictures
-from tissue_probe.workbench.refused import RequestRefused, describe_refusal
-from tissue_probe.workbench.requested import ByName, Command, Effects, OfFile, Request
+from tissue_probe.workbench.pictures import Arrays, Pictures
+from tissue_probe.workbench.refusal import RequestRefused, describe_refusal
+from tissue_probe.workbench.request_declarations import ByName, Command, Effects, OfFile, Request
 from tissue_probe.workbench.workshop import Cancelled
 
 Change = Callable[[Any], Awaitable[Any]]
@@ -61,8 +62,8 @@ class Requests:
         self._changing = asyncio.Lock()
         self._tasks: set[asyncio.Task[None]] = set()
         self._searching = False
-        desk.changed = lambda: self.pages.tell("desk", lambda: told.desk(desk))
-        desk.briefly = lambda: self.pages.tell("job", lambda: told.job(desk))
+        desk.changed = lambda: self.pages.tell("desk", lambda: desk_messages.desk(desk))
+        desk.briefly = lambda: self.pages.tell("job", lambda: desk_messages.job(desk))
         self._changes: dict[str, Change] = {
             "define": lambda a: desk.define(a.file, a.layout),
             "forget": self._forget,
@@ -78,7 +79,7 @@ class Requests:
             "effects": self._take_effects,
             "example": self._example,
         }
-        self._drawn: dict[str, Callable[[Any], Picture]] = {
+        self._drawn: dict[str, Callable[[Any], tuple[object, Arrays]]] = {
             "recorded": self._pictures.draw_recording,
             "lines": self._pictures.lines,
             "dots": self._pictures.dots,
@@ -86,7 +87,7 @@ class Requests:
             "brush": self._pictures.brush,
             "where": self._pictures.where,
             "raster": lambda a: raster(desk.map),
-            "next": lambda a: next_experiment(desk.ranking and desk.ranking.result),
+            "next": lambda a: next_experiment(desk.ranking.result if desk.ranking else None),
         }
 
     def close(self) -> None:
@@ -97,8 +98,8 @@ class Requests:
 
     def greet(self, page: Page) -> None:
         """Tell a page that has just come everything."""
-        page.tell("choices", lambda: as_json({"choices": told.choices() | self._can()}))
-        page.tell("desk", lambda: as_json({"desk": told.desk(self.desk)}))
+        page.tell("choices", lambda: as_json({"choices": self._choices()}))
+        page.tell("desk", lambda: as_json({"desk": desk_messages.desk(self.desk)}))
         if (study := self.desk.study) is not None:
             page.tell("study", lambda: as_json({"study": study.describe_study()}))
         if self.live is not None and (found := self.live.map) is not None:
@@ -117,15 +118,15 @@ class Requests:
         async with self._changing:
             return await change()
 
-    def _can(self) -> dict[str, Any]:
-        return {"live": self.live is not None, "commands": self._commands}
+    def _choices(self) -> ChoicesMessage:
+        return desk_messages.choices(self.live is not None, self._commands)
 
     async def _answer(self, page: Page, text: str | bytes) -> None:
         number = None
         try:
-            asked = requested.parse_request(text)
+            asked = request_declarations.parse_request(text)
             number = asked["id"] if isinstance(asked.get("id"), int) else None
-            page.answer(await self._result(*requested.request(asked)))
+            page.answer(await self._result(*request_declarations.request(asked)))
         except (TissueProbeError, OSError) as error:
             page.answer(self._refusal(number, describe_refusal(error)))
         except Exception as error:  # a page must not wait for ever
@@ -134,7 +135,7 @@ class Requests:
             page.answer(self._refusal(number, RequestRefused(told_all)))
 
     def _refusal(self, number: int | None, error: RequestRefused) -> str:
-        sentence = told.without_paths(self.desk, str(error))
+        sentence = desk_messages.without_paths(self.desk, str(error))
         answer = {"id": number, "refused": sentence, "fields": error.fields}
         return as_json(answer | {"cancelled": isinstance(error, Cancelled)})
 

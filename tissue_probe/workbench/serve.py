@@ -21,10 +21,10 @@ from tissue_probe.workbench import state
 from tissue_probe.workbench.app import application
 from tissue_probe.workbench.desk import Desk
 from tissue_probe.workbench.guard import Guard
-from tissue_probe.workbench.kept import Kept
-from tissue_probe.workbench.requested import LONGEST_REQUEST
+from tissue_probe.workbench.kept_desk import Kept
+from tissue_probe.workbench.opened_study import open_study
+from tissue_probe.workbench.request_declarations import LONGEST_REQUEST
 from tissue_probe.workbench.requests import Requests
-from tissue_probe.workbench.studied import opened_study
 from tissue_probe.workbench.work import Work
 from tissue_probe.workbench.workshop import Workshop
 
@@ -76,7 +76,7 @@ def serve(
     ParameterError
         If the port is taken.
     """
-    studied = None if study is None else opened_study(study)
+    studied = None if study is None else open_study(study)
     listening = _open_socket(port)
     port = listening.getsockname()[1]
     kept = Kept(port)

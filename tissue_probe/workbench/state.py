@@ -9,21 +9,20 @@ from __future__ import annotations
 import json
 import zipfile
 import zlib
-from dataclasses import asdict
 from io import BytesIO
 from pathlib import Path
 from typing import Any
 
-from tissue_probe.workbench.declared import Declared, as_object, check_declared, shorten_value
+from tissue_probe.workbench.declaration import Declared, as_object, check_declared, shorten_value
 from tissue_probe.workbench.desk import Desk
-from tissue_probe.workbench.opened import Opened
-from tissue_probe.workbench.refused import RequestRefused
-from tissue_probe.workbench.requested import Layout, Stated
+from tissue_probe.workbench.opened_file import Opened
+from tissue_probe.workbench.refusal import RequestRefused
+from tissue_probe.workbench.request_declarations import Layout, Stated
 from tissue_probe.workbench.uploads import LARGEST_UPLOAD, plain
 
 VERSION = 1
 #: The file's ending, and its member that tells the rest.
-ENDING, MEMBER = ".workbench", "desk.json"
+STATE_ENDING, MEMBER = ".workbench", "desk.json"
 #: Errors of reading an archive that is damaged, locked or packed in an unknown way.
 ARCHIVE_ERRORS = (
     OSError,
@@ -75,7 +74,7 @@ def state(desk: Desk) -> dict[str, Any]:
         ],
         "fitted": None if desk.fitted is None else place[desk.fitted],
         "second": None if desk.second is None else place[desk.second],
-        "asked": asdict(desk.asked),
+        "asked": desk.asked.parameters(),
         "effects": list(desk.effects),
         "added": [rung.added for rung in desk.rungs[1:]],
     }
@@ -109,7 +108,7 @@ async def restore(desk: Desk, kept: dict[str, Any]) -> None:
         return
     other = _at(opened, whole.second)
     await desk.use(first.number, other.number if other and other.measured else None)
-    if desk.asked.site is not None:
+    if desk.asked.of_samples()["site"] is not None:
         await desk.draw_map(first.number)
     await desk.add_all(whole.added)
 
@@ -133,7 +132,7 @@ def _at(opened: list[Opened | None], place: int | None) -> Opened | None:
     return opened[place] if place is not None and 0 <= place < len(opened) else None
 
 
-def packed_state(desk: Desk) -> bytes:
+def pack_state(desk: Desk) -> bytes:
     """Return the desk and all its recordings as one file."""
     told = state(desk)
     buffer = BytesIO()
@@ -155,7 +154,7 @@ def packed_state(desk: Desk) -> bytes:
     return buffer.getvalue()
 
 
-def unpacked_state(path: Path, folder: Path) -> dict[str, Any]:
+def unpack_state(path: Path, folder: Path) -> dict[str, Any]:
     """Unpack a state's recordings into a folder, and return it with their paths.
 
     Effects of one's own are unpacked, but not named: a user who opens a file has not agreed to run

@@ -11,7 +11,7 @@ import shutil
 from collections.abc import AsyncIterator
 from pathlib import Path
 
-from tissue_probe.workbench.refused import RequestRefused
+from tissue_probe.workbench.refusal import RequestRefused
 
 #: Most bytes of one file: a day of 2 kHz as text has some 6 GB, an hour 0.3 GB.
 LARGEST_UPLOAD = 2**31

@@ -16,7 +16,8 @@ import numpy as np
 
 from tissue_probe.signals import NANOSECONDS
 from tissue_probe.workbench.messages import pack_message
-from tissue_probe.workbench.worker import DONE, FRAME, TOLD
+from tissue_probe.workbench.page_messages import LiveMessage, MapMessage
+from tissue_probe.workbench.worker import DONE, FRAME, WORK_TOLD
 
 #: A map, which must reach every page, unlike samples of a moment ago.
 MAP_KIND = b"m"
@@ -49,7 +50,7 @@ def main() -> None:
             time.sleep(MESSAGE_PERIOD)
             watch.hear()
             head, arrays = _take_messages(watch)
-            _write(answer, TOLD, pack_message({"live": head}, arrays))
+            _write(answer, WORK_TOLD, pack_message({"live": head}, arrays))
             if watch.map is not told_map:
                 told_map = watch.map
                 _write(answer, MAP_KIND, _map(watch.map))
@@ -63,7 +64,7 @@ def main() -> None:
         watch.close()
 
 
-def _take_messages(watch: Any) -> tuple[dict[str, Any], dict[str, Any]]:
+def _take_messages(watch: Any) -> tuple[LiveMessage, dict[str, Any]]:
     """Take away the messages heard since the last time."""
     from tissue_probe.nodes.watch import PLACES
 
@@ -81,20 +82,20 @@ def _take_messages(watch: Any) -> tuple[dict[str, Any], dict[str, Any]]:
         arrays[f"{name}.status"] = table[:, 1].astype(np.float32)
         for value in DRAWN_COLUMNS:
             arrays[f"{name}.{value}"] = table[:, PLACES[value]].astype(np.float32)
-    head = {
+    head: LiveMessage = {
         "estimators": list(estimates),
         "fault": watch.fault,
         "state": watch.state,
-        "verdict": watch.verdict,
-        "health": [[name, *told] for name, told in sorted(watch.health.items())],
+        "verdict": watch.verdict or None,
+        "health": [(name, *told) for name, told in sorted(watch.health.items())],
     }
     return head, arrays
 
 
 def _map(found: Any) -> bytes:
-    """Return the message of a map, as pages draw that of a recording (``mapped``)."""
+    """Return the message of a map, as pages draw that of a recording (``map_messages``)."""
     told = [f"background {found.background:.1f} N/m"] if math.isfinite(found.background) else []
-    head = {
+    head: MapMessage = {
         "text": "\n".join([*told, *found.notes]),
         "sites": found.sites,
         "inclusions": found.inclusions,

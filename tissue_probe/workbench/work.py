@@ -133,7 +133,7 @@ def rank(
 def keep_predicted(folder: Path, effect: str, predicted: Sequence[Any]) -> None:
     """Keep a file a stretch."""
     for number, course in enumerate(predicted):
-        keep(predicted_file(folder, effect, number), np.asarray(course))
+        keep(predict_file(folder, effect, number), np.asarray(course))
 
 
 def keep(path: Path, numbers: FloatArray) -> None:
@@ -143,7 +143,7 @@ def keep(path: Path, numbers: FloatArray) -> None:
     part.replace(path)
 
 
-def predicted_file(folder: Path, effect: str, stretch: int) -> Path:
+def predict_file(folder: Path, effect: str, stretch: int) -> Path:
     """Return where it is kept, as numbers of eight bytes."""
     return folder / f"{effect}.{stretch}.f8"
 

@@ -19,7 +19,7 @@ from tissue_probe.workbench.messages import as_json
 
 #: A frame: its kind, and how many bytes follow.
 FRAME = struct.Struct("<cQ")
-TOLD, DONE, FAILED = b"t", b"d", b"f"
+WORK_TOLD, DONE, WORK_FAILED = b"t", b"d", b"f"
 #: A pipe takes so many bytes at once, or none, with any number of writers: a copy of the process
 #: tells, too (POSIX's PIPE_BUF is 512 at least).
 PIPE_BYTES = 512
@@ -34,7 +34,7 @@ def main() -> None:
     def tell(told: dict[str, object]) -> None:
         text = as_json(told).encode()
         if FRAME.size + len(text) <= PIPE_BYTES:
-            os.write(answer, FRAME.pack(TOLD, len(text)) + text)
+            os.write(answer, FRAME.pack(WORK_TOLD, len(text)) + text)
 
     while (work := read_frame(given)) is not None:
         kind, content = _do_job(work[1], tell)
@@ -57,15 +57,15 @@ def _do_job(content: bytes, tell: object) -> tuple[bytes, bytes]:
     try:
         return DONE, work.do(content, tell)
     except (TissueProbeError, OSError) as error:
-        return FAILED, sentence(error).encode()
+        return WORK_FAILED, sentence(error).encode()
     except MemoryError:
-        return FAILED, b"this takes more memory than there is; give a shorter recording"
+        return WORK_FAILED, b"this takes more memory than there is; give a shorter recording"
     except Exception as error:
         import traceback
 
         traceback.print_exc()
         told = f"an error of the program itself: {type(error).__name__}: {error}"
-        return FAILED, " ".join(told.split()).encode()
+        return WORK_FAILED, " ".join(told.split()).encode()
 
 
 def _write_all(descriptor: int, data: bytes) -> None:

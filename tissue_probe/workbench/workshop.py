@@ -15,9 +15,9 @@ from collections.abc import Callable
 from typing import Any
 
 from tissue_probe.analysis.passing import from_bytes
-from tissue_probe.workbench.refused import RequestRefused
+from tissue_probe.workbench.refusal import RequestRefused
 from tissue_probe.workbench.work import Work
-from tissue_probe.workbench.worker import DONE, FAILED, FRAME, TOLD
+from tissue_probe.workbench.worker import DONE, FRAME, WORK_FAILED, WORK_TOLD
 
 Hear = Callable[[dict[str, Any]], None]
 
@@ -58,7 +58,7 @@ class Workshop:
                 raise Cancelled("cancelled")
             process = await self._start_worker()
             kind, content = await self._answer(process, work.to_bytes(), hear)
-        if kind == FAILED:
+        if kind == WORK_FAILED:
             raise RequestRefused(content.decode())
         return await asyncio.to_thread(from_bytes, content, work.effects)
 
@@ -97,12 +97,12 @@ class Workshop:
         assert process.stdout is not None
         before = self._cancelled
         try:
-            process.stdin.write(FRAME.pack(TOLD, len(content)) + content)
+            process.stdin.write(FRAME.pack(WORK_TOLD, len(content)) + content)
             await process.stdin.drain()
             while True:
                 kind, size = FRAME.unpack(await process.stdout.readexactly(FRAME.size))
                 told = await process.stdout.readexactly(size)
-                if kind in (DONE, FAILED):
+                if kind in (DONE, WORK_FAILED):
                     return kind, told
                 hear(json.loads(told))
         except (asyncio.IncompleteReadError, ConnectionError):

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tissue_probe.analysis.effect_pages.simulated import DriveMotion, force, rig_for, typical
+from tissue_probe.analysis.effect_pages.simulated_force import DriveMotion, force, rig_for, typical
 from tissue_probe.diagnosis.advice.separation import PROBE_EXPERIMENTS
 from tissue_probe.diagnosis.advice.visibility import SEEN
 from tissue_probe.physics.composition import Composition
@@ -27,7 +27,7 @@ NOISE = 2e-3
 DERIVATIVE_STEP = 0.02
 #: Another effect takes the place of one where it leaves less than this share of the plain model's
 #: residual: it then explains 90 % of the square.
-PASSES = 0.3
+PASSES_FOR = 0.3
 
 
 @dataclass(frozen=True)
@@ -66,7 +66,7 @@ class Outcome:
     @property
     def passing(self) -> tuple[str, ...]:
         """The effects that can take the place of this one in this experiment."""
-        return tuple(name for name, left in self.rivals.items() if left < PASSES * self.left)
+        return tuple(name for name, left in self.rivals.items() if left < PASSES_FOR * self.left)
 
 
 @dataclass(frozen=True)

@@ -18,7 +18,7 @@ from tissue_probe.analysis.effect_pages.experiments import (
     outcomes,
     residual,
 )
-from tissue_probe.analysis.effect_pages.simulated import (
+from tissue_probe.analysis.effect_pages.simulated_force import (
     PAGE_RATE,
     DriveMotion,
     force,

@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import time
-from collections import namedtuple
 from collections.abc import Callable
-from typing import Any
+from typing import Any, NamedTuple
 
 import grpc
 import nidaqmx
@@ -13,14 +12,21 @@ import nidaqmx.system
 from nidaqmx.grpc_session_options import GrpcSessionOptions
 from nidaqmx.system.watchdog import WatchdogTask
 
-_CALL_DETAILS = ("method", "timeout", "metadata", "credentials", "wait_for_ready", "compression")
+
+class _Details(NamedTuple):
+    method: str
+    timeout: float | None
+    metadata: Any
+    credentials: Any
+    wait_for_ready: bool | None
+    compression: Any
 
 
-class _CallDetails(namedtuple("_CallDetails", _CALL_DETAILS), grpc.ClientCallDetails):
+class _CallDetails(_Details, grpc.ClientCallDetails):  # type: ignore[misc]  # gRPC has no types
     """The details that gRPC asks an interceptor to hand on."""
 
 
-class _Deadline(grpc.UnaryUnaryClientInterceptor):
+class _Deadline(grpc.UnaryUnaryClientInterceptor):  # type: ignore[misc]  # gRPC has no types
     """Gives every request a deadline: ``nidaqmx`` itself would wait for an answer for ever."""
 
     def __init__(self, timeout: float) -> None:
@@ -31,7 +37,7 @@ class _Deadline(grpc.UnaryUnaryClientInterceptor):
     ) -> Any:
         # A read or write may itself wait for its own timeout first.
         timeout = self._timeout + max(0.0, getattr(request, "timeout", 0.0))
-        given = {name: getattr(details, name, None) for name in _CALL_DETAILS}
+        given: dict[str, Any] = {name: getattr(details, name, None) for name in _Details._fields}
         return continuation(_CallDetails(**given | {"timeout": timeout}), request)
 
 

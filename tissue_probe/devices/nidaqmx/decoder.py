@@ -93,7 +93,7 @@ class Chip:
         self._control.write_one_sample_port_byte(lines, self._timeout)
 
     def _byte(self) -> int:
-        return self._data.read_one_sample_port_byte(self._timeout)
+        return int(self._data.read_one_sample_port_byte(self._timeout))
 
 
 class Hctl2032:
@@ -217,7 +217,7 @@ class InterpolatedHctl2032:
         before = self._now()
         self._chip.latch()
         after = self._now()
-        count = _sign_count(self._chip.read_latched() - self._zero)
+        count = float(_sign_count(self._chip.read_latched() - self._zero))
         self._clock.see(self._fetched + load_cell.waiting, self._now())
         instant = self._clock.samples_at(0.5 * (before + after))
         since = instant - self._knots[-1][0]
@@ -226,7 +226,7 @@ class InterpolatedHctl2032:
                 return
             count = math.nan  # nothing better came in time
         if since > 1.0:
-            self._knots.append((instant, float(count)))
+            self._knots.append((instant, count))
 
     def _fetch(self, load_cell: LoadCell) -> None:
         """Take the samples up to the last reading but one, which has a reading on either side."""
@@ -235,7 +235,8 @@ class InterpolatedHctl2032:
             return
         instants = np.arange(self._fetched, end)
         followed = self._knots[2][0] - self._knots[1][0] <= self._longest
-        counts = _cubic(self._knots, instants) if followed else np.full(instants.size, np.nan)
+        unknown = np.full(instants.size, np.nan)
+        counts = _cubic(self._knots, instants.astype(float)) if followed else unknown
         samples = np.stack([load_cell.read(instants.size), counts])
         self._ready = np.concatenate([self._ready, samples], axis=1)
         self._fetched = end

@@ -53,7 +53,7 @@ class RegeneratedOutput:
     def __init__(
         self, task: nidaqmx.Task, excitation: Excitation, sample_period: float, samples: int
     ) -> None:
-        self._table = excitation(np.arange(samples) * sample_period)
+        self._table = excitation(np.arange(samples, dtype=float) * sample_period)
         # A DAQ wants at least two samples, some an even number: several periods do no harm.
         data = np.tile(self._table, 2)
         rate = 1.0 / sample_period
@@ -128,7 +128,7 @@ class StreamedOutput:
 
     def commands(self, first: int, count: int) -> FloatArray:
         """Return the voltages of ``count`` samples from number ``first`` [V]."""
-        return self._excitation(np.arange(first, first + count) * self._period)
+        return self._excitation(np.arange(first, first + count, dtype=float) * self._period)
 
 
 def _writer(task: nidaqmx.Task) -> AnalogSingleChannelWriter:

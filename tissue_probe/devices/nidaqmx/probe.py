@@ -21,7 +21,7 @@ from tissue_probe.devices.nidaqmx.connection import Connection
 from tissue_probe.devices.nidaqmx.decoder import Hctl2032, InterpolatedHctl2032
 from tissue_probe.devices.nidaqmx.encoder import DAQ_BUFFER_TIME, CounterEncoder, Encoder, LoadCell
 from tissue_probe.devices.nidaqmx.errors import convert_errors
-from tissue_probe.devices.nidaqmx.guard import find_watchdog
+from tissue_probe.devices.nidaqmx.guard import HardwareWatchdog, find_watchdog
 from tissue_probe.devices.nidaqmx.output import (
     RegeneratedOutput,
     StreamedOutput,
@@ -44,7 +44,7 @@ class _Closes(Protocol):
 
 _Closeable = TypeVar("_Closeable", bound=_Closes)
 
-ENCODERS: dict[str, type[Encoder]] = {
+ENCODERS: dict[str, Callable[[Connection, NiDaqmxSettings, float], Encoder]] = {
     encoder.name: encoder for encoder in (CounterEncoder, Hctl2032, InterpolatedHctl2032)
 }
 STOPPED = "the DAQ was stopped while it was read"
@@ -78,6 +78,12 @@ class NiDaqmxProbe:
 
     Settings = NiDaqmxSettings
     samples_per_read = 10
+    sample_period: float
+
+    _coil: nidaqmx.Task | None
+    _input: nidaqmx.Task
+    _encoder: Encoder
+    _watchdog: HardwareWatchdog | None
 
     def __init__(
         self,
@@ -114,11 +120,12 @@ class NiDaqmxProbe:
             self._open()
         with convert_errors("the DAQ cannot start"):
             try:
-                self._output = self._make_output(excitation)
+                self._coil = coil = self._coil_task()
+                self._output = self._make_output(coil, excitation)
                 if self._watchdog is not None:
                     self._watchdog.start()
                 self._encoder.arm(excitation)
-                self._coil.start()
+                coil.start()
                 self._taken = 0
                 delay = self._calibration.force_delay / self.sample_period
                 self._alignment = Alignment(delay)
@@ -169,13 +176,13 @@ class NiDaqmxProbe:
         if not self._sampling:
             return 0.0
         with suppress(Error, ValueError):  # the next read will tell
-            return self._load_cell.waiting * self.sample_period
+            return float(self._load_cell.waiting * self.sample_period)
         return 0.0
 
     @property
     def description(self) -> str:
         """The DAQ, its encoder, and the end of the output if the driver dies, in YAML."""
-        return yaml.safe_dump(self._description, sort_keys=False)
+        return str(yaml.safe_dump(self._description, sort_keys=False))
 
     def stop(self) -> None:
         """Put the coil at zero volts and end sampling.
@@ -238,7 +245,7 @@ class NiDaqmxProbe:
     def _make_tasks(self) -> None:
         """Make the lasting tasks; the coil's task is made for each excitation."""
         connection, settings = self._connection, self._settings
-        self._coil: nidaqmx.Task | None = None
+        self._coil = None
         self._input = self._opens(connection.task())
         self._input.ai_channels.add_ai_voltage_chan(
             f"{settings.device}/{settings.force_channel}",
@@ -265,16 +272,15 @@ class NiDaqmxProbe:
             "coil_driven_after_death": self._driven_on,
         }
 
-    def _make_output(self, excitation: Excitation) -> TimedOutput:
+    def _make_output(self, coil: nidaqmx.Task, excitation: Excitation) -> TimedOutput:
         """Arm nothing yet: load the coil's task with the excitation, to start with the input."""
         settings = self._settings
-        self._coil = self._coil_task()
         trigger = f"/{settings.device}/ai/StartTrigger"
-        self._coil.triggers.start_trigger.cfg_dig_edge_start_trig(trigger)
+        coil.triggers.start_trigger.cfg_dig_edge_start_trig(trigger)
         samples = period_in_samples(excitation, self.sample_period)
         if self._watchdog is not None and samples is not None:
-            return RegeneratedOutput(self._coil, excitation, self.sample_period, samples)
-        return StreamedOutput(self._coil, excitation, self.sample_period, settings.expiry)
+            return RegeneratedOutput(coil, excitation, self.sample_period, samples)
+        return StreamedOutput(coil, excitation, self.sample_period, settings.expiry)
 
     def _coil_task(self) -> nidaqmx.Task:
         task = self._connection.task()

@@ -79,7 +79,8 @@ def corners(position: FloatArray) -> BoolArray:
     stands_out[CORNER_ORDER // 2 : -CORNER_ORDER // 2] = rough > CORNER_STANDS_OUT * np.maximum(
         usual, least
     )
-    return maximum_filter1d(stands_out, 2 * CORNER_ORDER + 1)
+    found: BoolArray = maximum_filter1d(stands_out, 2 * CORNER_ORDER + 1)
+    return found
 
 
 def _depends(measurement: Measurement, values: dict[str, float]) -> BoolArray:
@@ -99,4 +100,5 @@ def _depends(measurement: Measurement, values: dict[str, float]) -> BoolArray:
     apart = np.maximum(np.abs(smooth - before), np.abs(smooth - after))
     answer = values.get("damping", 0.0) + values.get("tip_mass", 0.0) / measurement.sample_period
     unknown = (apart > KNOWN * np.abs(smooth)) & (measurement.motion is None)
-    return (answer * apart > np.sqrt(measurement.noise.power)) | unknown
+    found: BoolArray = (answer * apart > np.sqrt(measurement.noise.power)) | unknown
+    return found

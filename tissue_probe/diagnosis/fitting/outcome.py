@@ -15,7 +15,7 @@ from tissue_probe.diagnosis.fitting.point import SearchPoint, scale_of
 from tissue_probe.diagnosis.fitting.problem import Problem
 from tissue_probe.diagnosis.observation.measurement import Measurement
 from tissue_probe.diagnosis.residuals.whiteness import colour, unevenness
-from tissue_probe.physics.rounding import COARSE, smoothed
+from tissue_probe.physics.rounding import COARSE_STEP, smooth_rounding
 from tissue_probe.signals import BoolArray, FloatArray
 
 #: Parts of a record that are left out of the fit in turn.
@@ -74,7 +74,8 @@ def _name_exhausted(problem: Problem, values: FloatArray) -> tuple[str, ...]:
 
 def _at_end(problem: Problem, values: FloatArray) -> BoolArray:
     rounding = 1e-9 * np.maximum(np.abs(values), np.abs(problem.nominal))
-    return (values <= problem.lower + rounding) | (values >= problem.upper - rounding)
+    found: BoolArray = (values <= problem.lower + rounding) | (values >= problem.upper - rounding)
+    return found
 
 
 def _estimate_rounding(problem: Problem, point: SearchPoint) -> float:
@@ -86,7 +87,7 @@ def _estimate_rounding(problem: Problem, point: SearchPoint) -> float:
     """
     kernel, values = problem.kernel, point.values.copy()
     smooths = kernel.rounded >= 0 and values[kernel.rounded] > 0
-    coarse = COARSE * problem.composition.scale.length
+    coarse = COARSE_STEP * problem.composition.scale.length
     fine = all(measurement.extent.step <= coarse for measurement in problem.measurements)
     if not smooths and not (kernel.moves_position and fine):
         return 0.0
@@ -103,7 +104,7 @@ def _estimate_rounding(problem: Problem, point: SearchPoint) -> float:
 def _as_read(measurement: Measurement, step: float) -> tuple[FloatArray, FloatArray]:
     """Return the position that is taken for the true one, and one as likely; smooth for a step."""
     if step > 0.0:
-        found = smoothed(measurement.position, step)
+        found = smooth_rounding(measurement.position, step)
         return found.course, found.course + found.error
     if measurement.misread is not None:
         return measurement.position, measurement.position + measurement.misread

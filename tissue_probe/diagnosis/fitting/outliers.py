@@ -72,7 +72,8 @@ def _measure_deviation(
 ) -> FloatArray:
     """Return by how many standard deviations each sample is off the median of others around it."""
     off = np.abs(residual - median_filter(others, AROUND))
-    return off / np.maximum(percentile_filter(off, 68, SPREAD), measurement.noise.own)
+    found: FloatArray = off / np.maximum(percentile_filter(off, 68, SPREAD), measurement.noise.own)
+    return found
 
 
 def _find_lone_rows(over: FloatArray) -> Iterator[tuple[int, int]]:

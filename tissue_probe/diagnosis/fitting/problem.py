@@ -17,7 +17,7 @@ from tissue_probe.diagnosis.observation.instrument import Instrument
 from tissue_probe.diagnosis.observation.measurement import Measurement
 from tissue_probe.errors import MeasurementError
 from tissue_probe.physics.composition import Composition
-from tissue_probe.physics.extent import SLOWEST
+from tissue_probe.physics.extent import SLOWEST_RELAXATION
 from tissue_probe.physics.kinds import RELAXATION
 from tissue_probe.physics.response import Between, Response, course, respond
 from tissue_probe.physics.rigs.constants import CONTACT_POSITION
@@ -124,7 +124,7 @@ class Problem:
         own = np.isinf(self.deviation)
         self.lower = np.array([e.lower for e in entries])
         self.upper = np.array([e.upper for e in entries])
-        slowest = SLOWEST / max(m.begins + m.extent.duration for m in self.measurements)
+        slowest = SLOWEST_RELAXATION / max(m.begins + m.extent.duration for m in self.measurements)
         forgetting = np.isin(self.runs.meanings, _name_relaxation_rates(composition))
         self.lower = np.where(forgetting, np.maximum(self.lower, slowest), self.lower)
         tolerated = ~own & (self.deviation > 0)
@@ -144,8 +144,9 @@ class Problem:
         begun = self.states * len(self.measurements)
         self.searched = np.concatenate([self.free, np.ones(begun, dtype=bool)])
         self.by_logarithm = np.concatenate([self.logarithmic, np.zeros(begun, dtype=bool)])
+        flicker = instrument.flicker_noise or 0.0
         self.evenings = [
-            Evening.of(count, instrument.flicker_noise / m.noise.own, m.resampling.power(count))
+            Evening.of(count, flicker / m.noise.own, m.resampling.power(count))
             for m, count in ((m, m.force.size) for m in self.measurements)
         ]
 

@@ -90,9 +90,14 @@ def coarse_response(of: Regressors, lag: int = 0) -> CoarseResponse:
     force_rms = _rms(force) + _TINY
     shares = values / force_rms
     stiffness, damping, mass = (float(value) for value in values / scales)
+    elastic, viscous, inertial = map(float, shares)
     return CoarseResponse(
-        *(stiffness, damping, mass),
-        *(float(share) for share in shares),
+        stiffness,
+        damping,
+        mass,
+        elastic,
+        viscous,
+        inertial,
         separable,
         float(np.sqrt(scales[2] / scales[0]) / (2.0 * np.pi)),
         float(_rms(rest) / force_rms),
@@ -145,4 +150,5 @@ def best_lag(of: Regressors, longest: int) -> int:
 
 
 def _rms(values: FloatArray) -> FloatArray:
-    return np.sqrt(np.mean(values**2, axis=-1))
+    found: FloatArray = np.sqrt(np.mean(values**2, axis=-1))
+    return found

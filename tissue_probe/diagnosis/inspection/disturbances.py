@@ -8,7 +8,7 @@ from __future__ import annotations
 import numpy as np
 from scipy.ndimage import percentile_filter
 
-from tissue_probe.kept import for_a_call
+from tissue_probe.call_cache import for_a_call
 from tissue_probe.signals import BoolArray, FloatArray, spans_of
 
 #: Share of a cubic through the neighbours that each of them has.

@@ -12,6 +12,7 @@ import numpy as np
 from tissue_probe.diagnosis.inspection.channel import InspectedChannel
 from tissue_probe.diagnosis.inspection.coarse_response import (
     CoarseResponse,
+    Regressors,
     best_lag,
     coarse_response,
     left_by_passive,
@@ -91,7 +92,7 @@ def _cycle(position: InspectedChannel) -> float:
     """Return how many samples a cycle of the strongest oscillation has."""
     values = position.values - position.values.mean()
     strongest = int(np.argmax(np.abs(np.fft.rfft(values * np.hanning(values.size)))))
-    return values.size / max(strongest, 1)
+    return float(values.size / max(strongest, 1))
 
 
 def _response(
@@ -156,7 +157,9 @@ def _check_units(position: InspectedChannel, force: InspectedChannel) -> Iterato
         )
 
 
-def _lag(both, found: CoarseResponse, force: InspectedChannel, sample_period: float) -> int:
+def _lag(
+    both: Regressors, found: CoarseResponse, force: InspectedChannel, sample_period: float
+) -> int:
     """Return a lag [samples] that explains the force far better than none; 0 if none does."""
     longest = int(min(LONGEST_LAG / sample_period, force.values.size / 8))
     lag = best_lag(both, longest)
@@ -173,10 +176,11 @@ def _measure_unexplained(
     position: InspectedChannel, force: InspectedChannel, sample_period: float
 ) -> tuple[float, float]:
     """Return the share of the force that nothing passive explains, with its sign and the other."""
-    return tuple(
+    own, other = (
         left_by_passive(position.values / position.span, values / force.span, sample_period)
         for values in (force.values, -force.values)
     )
+    return own, other
 
 
 def _floats(found: CoarseResponse) -> bool:

@@ -60,9 +60,8 @@ class Instrument:
             name: (factors.get(name, 1.0) * value, factors.get(name, 1.0) * deviation)
             for name, (value, deviation) in self.constants.items()
         }
-        return replace(
-            self, constants=constants, flicker_noise=factors[FLICKER_NAME] * self.flicker_noise
-        )
+        flicker = factors[FLICKER_NAME] * (self.flicker_noise or 0.0)
+        return replace(self, constants=constants, flicker_noise=flicker)
 
     def exact(self) -> Instrument:
         """Return the same instrument, its constants taken as known but those that nobody gave.

@@ -24,7 +24,7 @@ from tissue_probe.diagnosis.residuals.noise_floor import (
     noise_not_felt,
 )
 from tissue_probe.physics.extent import Extent
-from tissue_probe.physics.response import USUAL as COARSE
+from tissue_probe.physics.response import USUAL_FINENESS as COARSE
 from tissue_probe.physics.response import Between, Fineness
 from tissue_probe.physics.rigs import Rig
 from tissue_probe.physics.scale import USUAL, Scale
@@ -216,12 +216,10 @@ class Measurement:
         """Time of each sample after the first [s]."""
         if self.at is not None:
             return self.at
-        return np.arange(self.position.size) * self.sample_period
+        return np.arange(self.position.size, dtype=float) * self.sample_period
 
     def on_grid(self, values: FloatArray) -> FloatArray:
         """Return values of the input at the even times at which a model is simulated."""
-        if self.at is None:
-            return values
         return self._driven if values is self.input_values else self._take_evenly(values)
 
     @cached_property
@@ -230,6 +228,8 @@ class Measurement:
         return self._take_evenly(self.input_values)
 
     def _take_evenly(self, values: FloatArray) -> FloatArray:
+        if self.at is None:
+            return values
         count = math.ceil(self.at[-1] / self.sample_period - 1e-6) + 1
         even = np.minimum(np.arange(count) * self.sample_period, self.at[-1])
         return interpolate(self.at, values, even, reach=np.inf)

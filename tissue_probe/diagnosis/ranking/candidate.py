@@ -305,7 +305,7 @@ class SoughtEffect:
                 self.effect.near(reach, runs.named_in(number, named)) if self.effect.near else ()
             )
         ]
-        known += [named | other for other in self._touches(best)]
+        known += [{**named, **other} for other in self._touches(best)]
         lower, upper = self.problem.lower, self.problem.upper
         near = [np.clip(list(named.values()), lower, upper) for named in known]
         gained = best.cost < (1.0 - LEAST_SHARE) * self.base.cost or not bar.noise

@@ -31,6 +31,7 @@ from tissue_probe.diagnosis.ranking.candidate import (
 )
 from tissue_probe.diagnosis.ranking.rules import find_added_effect, in_limit
 from tissue_probe.diagnosis.ranking.starts import (
+    Values,
     begin_states,
     from_touch,
     of_first_parts,
@@ -115,10 +116,10 @@ def _search_relaxation(
     names = TISSUE_EFFECTS[composition.tissue]
     if not names:
         return []
+    from tissue_probe.physics.effect_scale import resize_effect
     from tissue_probe.physics.effects import EFFECTS
-    from tissue_probe.physics.resized import sized
 
-    own = [sized(EFFECTS[name], composition.scale) for name in names]
+    own = [resize_effect(EFFECTS[name], composition.scale) for name in names]
     solid = fit_base(replace(composition, tissue="kelvin_voigt"), measurements, instrument)
     return [fit.named() for fit in fit_candidates(solid, own, instrument)]
 
@@ -206,7 +207,8 @@ def _begin_candidates(
     base: Fit, forms: Sequence[Effect], instrument: Instrument
 ) -> list[SoughtEffect]:
     """Return the forms that have a start, those that promise most first."""
-    look, values = CoarseLook.at(base, instrument), [base.named()]
+    look = CoarseLook.at(base, instrument)
+    values: list[Values] = [base.named()]
     if any(form.changes_contact for form in forms):
         values += [*pressed_in(base, instrument), *from_touch(base, instrument)]
     if any(form.of_part for form in forms):

@@ -36,15 +36,15 @@ HUM, SINE, COSINE = "mains_hum", "hum_sine", "hum_cosine"
 @cache
 def _line(scale: Scale) -> Effect:
     """Return an effect with the equations of hum, at any frequency."""
+    from tissue_probe.physics.effect_scale import resize_effect
     from tissue_probe.physics.effects import EFFECTS
-    from tissue_probe.physics.resized import sized
 
     hum = EFFECTS[HUM]
     parameters = (
         replace(each, lower=0.0, upper=1e6) if each.name == FREQUENCY else each
         for each in hum.parameters
     )
-    return sized(replace(hum, name="harmonic", parameters=tuple(parameters)), scale)
+    return resize_effect(replace(hum, name="harmonic", parameters=tuple(parameters)), scale)
 
 
 def better_harmonic(base: Fit, final: Fit, instrument: Instrument) -> float | None:

@@ -100,7 +100,8 @@ def propose_starts(
         reach = extent(base, each, effect)
         tried = list(effect.starts(reach))
         if effect.states and not all(measurement.at_rest for measurement in base.measurements):
-            tried += _instead(effect, each, reach) if effect.near else _strong(effect, tried)
+            instead = _instead(effect, each, reach)
+            tried += _strong(effect, tried) if instead is None else instead
         for proposal in tried:
             yield each, proposal
 
@@ -116,7 +117,7 @@ def with_instant(
 ) -> FloatArray:
     """Return known values, but in a run an effect at the instants that are to be tried."""
     instant = {name: tried[name] for name in instants(effect) if name in tried}
-    return start_values(problem, named | problem.runs.told_in(number, instant), None, {})
+    return start_values(problem, {**named, **problem.runs.told_in(number, instant)}, None, {})
 
 
 def extent(fit: Fit, known: Values, effect: Effect) -> Extent:
@@ -171,8 +172,10 @@ def _strong(effect: Effect, tried: Iterable[Values]) -> list[Values]:
     return [{**usual, **each} for each in tried]
 
 
-def _instead(effect: Effect, known: Values, reach: Extent) -> list[Values]:
+def _instead(effect: Effect, known: Values, reach: Extent) -> list[Values] | None:
     """Propose the same of an effect that tells which part of the tissue it may stand for."""
+    if effect.near is None:
+        return None
     none = {each.name: effect.neutral for each in effect.parameters[: effect.strengths]}
     others = {each.name: each.default for each in effect.parameters[effect.strengths :]}
     return list(effect.near(reach, {**known, **others, **none}))
@@ -185,15 +188,18 @@ def start_values(
     proposed: Values,
 ) -> FloatArray:
     """Values to begin a search with: those known, no strength, the proposed ones, defaults."""
-    named = effect.parameters[: effect.strengths] if effect else ()
-    strengths = {parameter.name: effect.neutral for parameter in named}
+    strengths = {}
+    if effect is not None:
+        named = effect.parameters[: effect.strengths]
+        strengths = {parameter.name: effect.neutral for parameter in named}
     given = {**known, **strengths, **proposed}
     runs = problem.runs
     default = {entry.name: given.get(entry.name, entry.default) for entry in runs.entries}
     pairs = zip(runs.names, runs.meanings, strict=True)
     values = np.array([given.get(name, default[meaning]) for name, meaning in pairs])
     values = np.where(problem.free, values, problem.nominal)  # a value that is held is not proposed
-    return np.clip(values, problem.lower, problem.upper)
+    found: FloatArray = np.clip(values, problem.lower, problem.upper)
+    return found
 
 
 def begin_states(problem: Problem, base: Fit, values: FloatArray) -> list[FloatArray]:

@@ -42,7 +42,10 @@ class _Lines:
 
     def near(self, frequency: float) -> NDArray[np.bool_]:
         """Return the bins over which a line at this frequency is spread."""
-        return np.abs(self.frequencies - frequency) <= (LINE_WIDTH + 0.5) * self.frequencies[0]
+        found: NDArray[np.bool_] = (
+            np.abs(self.frequencies - frequency) <= (LINE_WIDTH + 0.5) * self.frequencies[0]
+        )
+        return found
 
     def harmonic(self) -> NDArray[np.bool_]:
         """Return the bins at multiples of the drive's repetition, itself among them."""
@@ -50,7 +53,8 @@ class _Lines:
             return np.zeros(self.frequencies.size, dtype=bool)
         ratio = self.frequencies / self.drive.repetition
         distance = np.abs(ratio - np.rint(ratio)) * self.drive.repetition
-        return (distance <= 0.75 * self.frequencies[0]) & (ratio > 0.5)
+        found: NDArray[np.bool_] = (distance <= 0.75 * self.frequencies[0]) & (ratio > 0.5)
+        return found
 
     def strongest(self, among: NDArray[np.bool_]) -> tuple[float, float, float]:
         """Return frequency [Hz] and amplitude of the strongest line, and the highest's p-value.
@@ -119,13 +123,14 @@ def _harmonics(lines: _Lines) -> ResidualTest:
         f"{frequency:.4g} Hz, {round(frequency / repetition)} times the {repetition:.4g} Hz at "
         "which the drive repeats",
         "the tissue or the instrument is not linear: stiffening, friction, contact, backlash, or "
-        "the encoder (encoder_quantization, encoder_interpolation)" + _parity(lines, among),
+        "the encoder (encoder_quantization, encoder_interpolation)"
+        + _parity(lines, among, repetition),
     )
 
 
-def _parity(lines: _Lines, among: NDArray[np.bool_]) -> str:
+def _parity(lines: _Lines, among: NDArray[np.bool_], repetition: float) -> str:
     """Explain even or odd harmonics, if the drive itself has odd ones only."""
-    order = np.rint(lines.frequencies / lines.drive.repetition).astype(int)
+    order = np.rint(lines.frequencies / repetition).astype(int)
     if (lines.drive.driven & lines.harmonic() & (order % 2 == 0)).any():
         return ""
     even = lines.power[among & (order % 2 == 0)].sum()

@@ -81,7 +81,10 @@ class Profile:
     def excess(self) -> FloatArray:
         """Energy over that of noise alone, per bin; NaN in bins without samples."""
         empty = np.full(self.energy.size, np.nan)
-        return np.divide(self.energy, self.expected, out=empty, where=self.expected > 0.0)
+        found: FloatArray = np.divide(
+            self.energy, self.expected, out=empty, where=self.expected > 0.0
+        )
+        return found
 
     def describe(self) -> str:
         """Return the region in words, or that there is none."""
@@ -159,7 +162,7 @@ def localise(
     (chi^2, Bonferroni over all runs).
     """
     residual, position, tip_position = check_signals(noise, residual, position, tip_position)
-    time = sample_period * np.arange(residual.size)
+    time = sample_period * np.arange(residual.size, dtype=float)
     speed = np.gradient(tip_position, sample_period)
     phase = np.rad2deg(np.angle(analytic(without_line(position))))
     squares = residual**2
@@ -176,12 +179,12 @@ def localise(
 
 def _foremost(profiles: tuple[Profile, ...]) -> Profile | None:
     """Return the profile of largest contrast; frequency only if no other has a region."""
-    found = [profile for profile in profiles if profile.here]
-    return max(
-        found,
-        key=lambda profile: (profile.quantity != "frequency", profile.here.contrast),
-        default=None,
-    )
+    found = [
+        (profile.quantity != "frequency", profile.here.contrast, profile)
+        for profile in profiles
+        if profile.here
+    ]
+    return max(found, key=lambda one: one[:2])[2] if found else None
 
 
 def _profile_over(

@@ -83,7 +83,7 @@ def _surface(found: Shape) -> Curve:
     columns = _beyond_a_line(found, groups, columns, at, list(names))
     value, sd = _values(found, [each.name for each in groups], columns)
     edges = [np.concatenate([g - 0.5 * (g[1] - g[0]), [g[-1] + 0.5 * (g[1] - g[0])]]) for g in grid]
-    visited = np.histogram2d(*signals, bins=edges)[0] > 0
+    visited = np.histogram2d(signals[0], signals[1], bins=edges)[0] > 0
     shape = visited.shape
     return Curve(names, grid, value.reshape(shape), sd.reshape(shape), visited)
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, cast
 
 import numpy as np
 from scipy.optimize import nnls
@@ -208,10 +208,13 @@ def _products(found: Shape, table: FloatArray) -> list[tuple[FloatArray, FloatAr
     Each takes the most of the force where the record was, and so many are taken that the others
     are far below the noise.
     """
-    depths = np.concatenate([found.functions.depths(path) for path in found.paths])
-    speeds = np.concatenate([found.functions.speeds(path) for path in found.paths])
+    depths: FloatArray = np.concatenate([found.functions.depths(path) for path in found.paths])
+    speeds: FloatArray = np.concatenate([found.functions.speeds(path) for path in found.paths])
     noise = min(path.measurement.noise.own for path in found.paths)
-    of_depth, of_speed = (np.linalg.qr(each, mode="r") for each in (depths, speeds))
+    # Numpy's types have the answer of another mode.
+    of_depth, of_speed = (
+        cast(FloatArray, np.linalg.qr(each, mode="r")) for each in (depths, speeds)
+    )
     left, sizes, right = np.linalg.svd(of_depth @ table @ of_speed.T, full_matrices=False)
     left, right = np.linalg.solve(of_depth, left) * sizes, np.linalg.solve(of_speed, right.T)
     products = depths @ left * (speeds @ right)

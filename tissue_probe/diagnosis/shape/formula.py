@@ -19,7 +19,7 @@ from tissue_probe.diagnosis.shape.paths import Path
 from tissue_probe.diagnosis.shape.shape import Shape
 from tissue_probe.diagnosis.shape.tip_response import tip_response
 from tissue_probe.quantities import SIDE
-from tissue_probe.signals import FloatArray
+from tissue_probe.signals import FloatArray, IntArray
 
 #: Values of a form's second constant that are tried, over its whole range.
 STEPS = 25
@@ -209,7 +209,7 @@ def _tried(found: Shape, instrument: Instrument, signal: str) -> Iterator[_Tried
         yield _fitted(gram, beside, form, form.values(largest), gram.places[form.name])
 
 
-def _columns(form: Form, signal: str, values: Sequence[float]) -> Callable[[Path], FloatArray]:
+def _columns(form: Form, signal: str, values: FloatArray) -> Callable[[Path], FloatArray]:
     def columns(path: Path) -> FloatArray:
         own = getattr(path, signal)
         return np.stack([form.law(own, a) for a in values], axis=1)
@@ -218,7 +218,7 @@ def _columns(form: Form, signal: str, values: Sequence[float]) -> Callable[[Path
 
 
 def _fitted(
-    gram: Gram, beside: Sequence[FloatArray], form: Form, at: FloatArray, places: FloatArray
+    gram: Gram, beside: Sequence[IntArray], form: Form, at: FloatArray, places: IntArray
 ) -> _Tried:
     """Fit a form at each value of its second constant, beside the model's own values."""
     whole, right = gram.products.sum(axis=0), gram.towards.sum(axis=0)

@@ -143,7 +143,8 @@ class Functions:
     def straight(self, path: Path) -> FloatArray:
         """Return a spring and a damper along the path: a fit's are along that of the fit."""
         size = np.array([np.ptp(self.depth.knots), self.fastest])
-        return np.stack([path.indentation, path.velocity], axis=1) / size
+        found: FloatArray = np.stack([path.indentation, path.velocity], axis=1) / size
+        return found
 
     @staticmethod
     def _from_zero(spline: Spline, signal: FloatArray) -> FloatArray:

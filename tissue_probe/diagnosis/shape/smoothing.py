@@ -123,7 +123,8 @@ class _Fitted:
         for place, each, shares in zip(self.slices, penalties, self.shares, strict=True):
             diagonal[place] = each * shares
         whole.flat[:: self.columns.size + 1] += diagonal + ROUNDING
-        return whole
+        found: FloatArray = whole
+        return found
 
     def _solved(self, penalties: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray, float]:
         factor = cho_factor(self._penalised(penalties), lower=True)

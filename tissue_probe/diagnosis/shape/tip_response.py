@@ -53,7 +53,8 @@ def tip_response(fit: Fit) -> Respond:
 
     def respond(forces: FloatArray, measurement: Measurement) -> FloatArray:
         if not model.states:
-            return system[3][0, 0] * forces
+            found: FloatArray = system[3][0, 0] * forces
+            return found
         period = measurement.sample_period
         top, bottom = ss2tf(*cont2discrete(system, period, "foh")[:4])
         if measurement.at is None:

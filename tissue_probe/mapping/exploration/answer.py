@@ -18,11 +18,11 @@ from scipy.spatial.distance import cdist
 
 from tissue_probe.errors import ParameterError
 from tissue_probe.mapping.posterior.check import LEAST_PASSED, predictive_probability
-from tissue_probe.mapping.posterior.found import LEAST_PROBABILITY, LINK, FoundInclusion
+from tissue_probe.mapping.posterior.found_inclusions import LEAST_PROBABILITY, LINK, FoundInclusion
+from tissue_probe.mapping.posterior.posterior_sample import LEAST_SITES, Sampled
 from tissue_probe.mapping.posterior.prior import LOG_CONTRAST, LOG_RADIUS, X, Y
-from tissue_probe.mapping.posterior.sampled import LEAST_SITES, Sampled
 from tissue_probe.mapping.posterior.shape import metric
-from tissue_probe.signals import FloatArray
+from tissue_probe.signals import FloatArray, IntArray
 
 _MM = 1e3
 #: Neighbouring rays are a quarter of the radius apart at the boundary of an ellipse.
@@ -95,7 +95,7 @@ class KnownInclusion:
 
 
 @dataclass(frozen=True)
-class Answer:
+class SiteAnswer:
     """What is known of the question.
 
     Attributes
@@ -125,7 +125,7 @@ class Answer:
     open: tuple[str, ...]
 
 
-def answer(sampled: Sampled, sought: Sought = Sought(), *, checked: bool = True) -> Answer:
+def answer(sampled: Sampled, sought: Sought = Sought(), *, checked: bool = True) -> SiteAnswer:
     """Return what the states say to the question whether inclusions are in their area.
 
     Parameters
@@ -145,14 +145,15 @@ def answer(sampled: Sampled, sought: Sought = Sought(), *, checked: bool = True)
             f"{places} sites cannot tell an inclusion from a tilted background: give "
             f"{LEAST_SITES} or more"
         )
-        return Answer(sought, none, none, (), False, "not known yet", (few,))
+        return SiteAnswer(sought, none, none, (), False, "not known yet", (few,))
     far = _distances(relevant, sampled.found)
     # Beyond the numbers of all where none is as near as a tip.
     nearest = np.column_stack([far, np.full(len(far), LINK)]).argmin(axis=1)
     doubted = {doubt.number for doubt in sampled.doubts if doubt.alone}
     by_number = {
         number: KnownInclusion(
-            *(float(each) / _MM for each in one.centre),
+            float(one.centre[0]) / _MM,
+            float(one.centre[1]) / _MM,
             one.probability,
             _boundary_sd(one) / _MM,
             number in doubted,
@@ -184,7 +185,7 @@ def answer(sampled: Sampled, sought: Sought = Sought(), *, checked: bool = True)
         told += f"no further {sought.text}, {_round_down(no_further)}"
     else:
         told = f"not known yet: no {sought.text}, {_round_down(none)}"
-    return Answer(sought, none, no_further, known, not still_open, told, tuple(still_open))
+    return SiteAnswer(sought, none, no_further, known, not still_open, told, tuple(still_open))
 
 
 def _holds(sampled: Sampled) -> bool:
@@ -242,12 +243,13 @@ def _boundary_sd(one: FoundInclusion) -> float:
     """Return the standard deviation of the boundary along rays from the middle, rms [mm]."""
     rows, count, _ = one.some(_DEVIATION_MEMBERS)
     reach = np.zeros((count.size, _RAYS))
-    _reaches(rows, count, *one.centre, reach)
+    x, y = one.centre
+    _reaches(rows, count, x, y, reach)
     return float(np.sqrt(reach.var(axis=0).mean()))
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _reaches(rows, count, x, y, out):
+def _reaches(rows: FloatArray, count: IntArray, x: float, y: float, out: FloatArray) -> None:
     """Write how far the boundary is from a place [mm] along rays.
 
     The rows are those of ``FoundInclusion.some``.

@@ -41,8 +41,9 @@ from tissue_probe.mapping.posterior.boundary import inside_each
 from tissue_probe.mapping.posterior.domain import TIP
 from tissue_probe.mapping.posterior.doubt import ASIDE
 from tissue_probe.mapping.posterior.felt_surface import sums_at
-from tissue_probe.mapping.posterior.sampled import Sampled
-from tissue_probe.signals import FloatArray
+from tissue_probe.mapping.posterior.outliers import ErrorKinds
+from tissue_probe.mapping.posterior.posterior_sample import Sampled
+from tissue_probe.signals import FloatArray, IntArray
 
 _MM = 1e3
 #: Enough for a covariance that is right to a tenth of the two deviations.
@@ -175,7 +176,7 @@ def next_sites(
     ]
     turns[: len(again)] = [False] * len(turns[: len(again)])
     unseen = Unseen(sampled, x, y, question.noise) if any(turns) else None
-    asked = [question, unseen] if unseen else [question]
+    asked: list[_QuestionDeviations | Unseen] = [question, unseen] if unseen else [question]
     for i in range(candidates, x.size):
         for one in asked:
             one.answer(i)
@@ -255,7 +256,8 @@ class _QuestionDeviations:
         states = len(self._felt)
         own = (self._felt**2).mean(axis=0) + self.noise
         shared = (self._inside.T @ self._felt) / states
-        return self._cell * (shared**2).sum(axis=0) / own
+        found: FloatArray = self._cell * (shared**2).sum(axis=0) / own
+        return found
 
     def answer(self, site: int) -> None:
         """Reduce the deviations as the value of a site will."""
@@ -270,7 +272,13 @@ class _QuestionDeviations:
 
 
 def _expect_background(
-    sampled: Sampled, rows, count, level, kinds, x, y
+    sampled: Sampled,
+    rows: FloatArray,
+    count: IntArray,
+    level: IntArray,
+    kinds: ErrorKinds,
+    x: FloatArray,
+    y: FloatArray,
 ) -> tuple[FloatArray, FloatArray]:
     """Return the mean of log k at sites [mm] in each state, and its mean variance in a state."""
     background, log_k = sampled.background, sampled.felt.log_k

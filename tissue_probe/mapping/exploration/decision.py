@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from tissue_probe.mapping.exploration.answer import Answer, Sought, answer
+from tissue_probe.mapping.exploration.answer import SiteAnswer, Sought, answer
 from tissue_probe.mapping.exploration.choice import (
     USUAL_TRAVEL,
     NextSite,
@@ -20,14 +20,14 @@ from tissue_probe.mapping.exploration.choice import (
 )
 from tissue_probe.mapping.exploration.first import first_sites
 from tissue_probe.mapping.polygon import Polygon
-from tissue_probe.mapping.posterior.sampled import Sampled
+from tissue_probe.mapping.posterior.posterior_sample import Sampled
 from tissue_probe.mapping.sites import Sites
 
 Place = tuple[float, float]
 
 
 @dataclass(frozen=True)
-class Question:
+class SoughtQuestion:
     """What is asked of an area, and where the probe may go.
 
     Attributes
@@ -63,13 +63,13 @@ class Decision:
         None once the question is answered.
     """
 
-    answer: Answer
+    answer: SiteAnswer
     site: NextSite | None
 
 
 def decide(
     sites: Sites,
-    question: Question,
+    question: SoughtQuestion,
     *,
     start: Place | None = None,
     pending: Sequence[Place] = (),
@@ -112,13 +112,13 @@ def decide(
     return Decision(told, site)
 
 
-def final(sites: Sites, question: Question) -> Answer:
+def final(sites: Sites, question: SoughtQuestion) -> SiteAnswer:
     """Return the answer by as many states as a map has; ParameterError if no site has a value."""
     sampled = Sampled.of(sites, question.within, outliers=question.outliers)
     return answer(sampled, question.sought)
 
 
-def rehearse(question: Question) -> None:
+def rehearse(question: SoughtQuestion) -> None:
     """Decide on sites that are made up: then all is compiled, or loaded."""
     x, y = np.array(first_sites(question.within, question.no_go)).T
     k = np.where(np.arange(x.size) == 0, 3.0, 1.0)

@@ -16,6 +16,7 @@ from numba import njit
 
 from tissue_probe.mapping.posterior.felt_surface import sums_at
 from tissue_probe.mapping.posterior.moves import log_apart
+from tissue_probe.mapping.posterior.posterior_sample import Sampled
 from tissue_probe.mapping.posterior.prior import (
     FURTHER,
     LOG_CONTRAST,
@@ -26,7 +27,6 @@ from tissue_probe.mapping.posterior.prior import (
     draw_contrast,
     draw_shape,
 )
-from tissue_probe.mapping.posterior.sampled import Sampled
 from tissue_probe.mapping.posterior.shape import write_shape
 from tissue_probe.signals import FloatArray
 
@@ -87,7 +87,7 @@ def _draw_inclusions(sampled: Sampled) -> tuple[FloatArray, FloatArray]:
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _draw(rows, box):
+def _draw(rows: FloatArray, box: FloatArray) -> None:
     np.random.seed(0)  # the same sites have the same next ones
     for number in range(len(rows)):
         row = rows[number]
@@ -98,7 +98,17 @@ def _draw(rows, box):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _add_likely(rows, state, count, x, y, precision, residual, total, likely):
+def _add_likely(
+    rows: FloatArray,
+    state: FloatArray,
+    count: int,
+    x: FloatArray,
+    y: FloatArray,
+    precision: FloatArray,
+    residual: FloatArray,
+    total: FloatArray,
+    likely: FloatArray,
+) -> None:
     """Add how likely each inclusion is beside those of a state, over none: 1 at most.
 
     What speaks for one, the states have already.

@@ -10,6 +10,7 @@ point of which has its precision matrix, computed once.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -17,7 +18,7 @@ from scipy.linalg import cho_factor, cho_solve
 from scipy.spatial.distance import cdist
 
 from tissue_probe.mapping.kernel import correlate_places
-from tissue_probe.mapping.posterior.outliers import VARIANCES, with_outliers
+from tissue_probe.mapping.posterior.outliers import VARIANCES, ErrorKinds, with_outliers
 from tissue_probe.signals import FloatArray, IntArray
 
 #: Standard deviations of the coefficients of log k: level, tilt from middle to edge, curvature.
@@ -149,16 +150,17 @@ class Background:
         shared = there @ trend.T + share * size**2 * correlate_places(distance / length)
         return shared, (there**2).sum(axis=1) + share * size**2
 
-    def precision_of(self, level: int, kinds: IntArray) -> FloatArray:
+    def precision_of(self, level: int, kinds: ErrorKinds) -> FloatArray:
         """Return the precision at one level, of sites that err as ``kinds`` say."""
+        sound: FloatArray = self.precision[level]
         if not kinds.any():
-            return self.precision[level]
-        precision = np.empty_like(self.precision[level])
-        with_outliers(self.precision[level], kinds, precision)
+            return sound
+        precision = np.empty_like(sound)
+        with_outliers(sound, kinds, precision)
         return precision
 
     def predict_background(
-        self, level: IntArray, kinds: IntArray, log_k: FloatArray, x: FloatArray, y: FloatArray
+        self, level: IntArray, kinds: ErrorKinds, log_k: FloatArray, x: FloatArray, y: FloatArray
     ) -> tuple[FloatArray, FloatArray]:
         """Return mean and variance of the background at places [mm], as the sites tell it.
 
@@ -192,20 +194,21 @@ class Background:
                 variance[state] += (through.T * lost).sum(axis=0)
         return mean, np.maximum(variance, 0.0)
 
-    def trend(self, level: int, kinds: IntArray, log_k: FloatArray) -> Trend:
+    def trend(self, level: int, kinds: ErrorKinds, log_k: FloatArray) -> Trend:
         """Return the trend through log k of the sites, less that of inclusions, in one state."""
         precision = self.precision_of(level, kinds)
         weighted = precision @ log_k
         coefficients = self._trend.T @ weighted
         column = self._trend[:, 0]
         # Of a coefficient with prior variance 1, given the sites.
-        left = 1.0 - column @ precision @ column
+        left = 1.0 - float(column @ precision @ column)
         at_first = int(np.abs(self._drift).sum(axis=1).argmax())
         drift = self._drift[at_first] @ (self._drift.T @ weighted)
+        along_x, along_y = (_TILT * float(each) / self._half for each in coefficients[1:3])
         return Trend(
             _LEVEL * float(coefficients[0]),
-            _LEVEL * float(np.sqrt(max(left, 0.0))),
-            tuple(_TILT * float(each) / self._half for each in coefficients[1:3]),
+            _LEVEL * math.sqrt(max(left, 0.0)),
+            (along_x, along_y),
             float(drift),
         )
 

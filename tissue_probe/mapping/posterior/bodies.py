@@ -18,7 +18,7 @@ from numba import njit
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
-from tissue_probe.mapping.posterior.found import FoundInclusion
+from tissue_probe.mapping.posterior.found_inclusions import FoundInclusion
 from tissue_probe.mapping.posterior.prior import (
     CONTRAST_SCALE,
     HARD,
@@ -89,7 +89,7 @@ def _odds(one: FoundInclusion, other: FoundInclusion, area: float) -> float:
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _compare_inclusions(rows, others):
+def _compare_inclusions(rows: FloatArray, others: FloatArray) -> FloatArray:
     """Return of each pair of inclusions gap, difference, distance, and P(both edges are hard).
 
     The gap [mm] is along the way between their middles, negative where they overlap; the difference

@@ -10,9 +10,10 @@ probability: outside of the last there is nothing of it, 95 times in 100.
 from __future__ import annotations
 
 import math
+from typing import cast
 
 import numpy as np
-from contourpy import contour_generator
+from contourpy import LineType, contour_generator
 from numba import njit
 from scipy.ndimage import label
 
@@ -26,7 +27,7 @@ MEMBERS = 1000
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _around(row, x, y):
+def _around(row: FloatArray, x: FloatArray, y: FloatArray) -> tuple[int, int, int, int]:
     """Return first and end of the rows and of the columns that an inclusion may reach."""
     step, far = x[1] - x[0], math.exp(row[LOG_RADIUS] + 0.5 * row[LOG_ASPECT])
     return (
@@ -38,7 +39,7 @@ def _around(row, x, y):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _count(rows, x, y, counts):
+def _count(rows: FloatArray, x: FloatArray, y: FloatArray, counts: FloatArray) -> None:
     """Count, at each place of a raster, the inclusions it is in."""
     for m in range(rows.shape[0]):
         a, b, c = metric(rows[m])
@@ -52,7 +53,9 @@ def _count(rows, x, y, counts):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _least(rows, x, y, share, out):
+def _least(
+    rows: FloatArray, x: FloatArray, y: FloatArray, share: FloatArray, out: FloatArray
+) -> None:
     """Write, for each inclusion, the least share among the places inside it."""
     for m in range(rows.shape[0]):
         a, b, c = metric(rows[m])
@@ -68,7 +71,9 @@ def _least(rows, x, y, share, out):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _inside(rows, count, x, y, out):
+def _inside(
+    rows: FloatArray, count: IntArray, x: FloatArray, y: FloatArray, out: FloatArray
+) -> None:
     for s in range(count.size):
         for m in range(count[s]):
             a, b, c = metric(rows[s, m])
@@ -158,8 +163,12 @@ def contours(
     step_x, step_y = x[1] - x[0], y[1] - y[0]
     wider_x = np.concatenate([[x[0] - step_x], x, [x[-1] + step_x]])
     wider_y = np.concatenate([[y[0] - step_y], y, [y[-1] + step_y]])
-    lines = contour_generator(wider_x, wider_y, np.pad(share, 1))
-    return {name: _largest(lines.lines(level)) for name, level in levels.items()}
+    lines = contour_generator(wider_x, wider_y, np.pad(share, 1), line_type=LineType.Separate)
+    # The type of the lines is the one asked for: a list of arrays.
+    return {
+        name: _largest(cast("list[FloatArray]", lines.lines(level)))
+        for name, level in levels.items()
+    }
 
 
 def _largest(rings: list[FloatArray]) -> FloatArray:

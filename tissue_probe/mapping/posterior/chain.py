@@ -16,17 +16,21 @@ from numba import njit
 
 from tissue_probe.mapping.posterior.moves import (
     KINDS,
-    another_level,
+    ChainState,
+    Scratch,
+    SitesRegion,
     begin_state,
-    changed_one,
-    log_told,
+    make_scratch,
     propose_birth,
+    propose_change,
     propose_death,
-    redrawn,
-    scratch_for,
+    propose_level,
+    propose_redraw,
+    weigh_told,
 )
-from tissue_probe.mapping.posterior.outliers import propose_errors
+from tissue_probe.mapping.posterior.outliers import ErrorKinds, propose_errors
 from tissue_probe.mapping.posterior.prior import MOST_INCLUSIONS
+from tissue_probe.signals import FloatArray, IntArray
 
 #: Of all moves: birth or death, an inclusion drawn anew, the level, how each site errs; the rest
 #: changes an inclusion.
@@ -36,7 +40,17 @@ _EXCHANGE = 10
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _move(state, count, level, beta, region, precision, log_weight, outliers, scratch):
+def _move(
+    state: ChainState,
+    count: int,
+    level: int,
+    beta: float,
+    region: SitesRegion,
+    precision: FloatArray,
+    log_weight: FloatArray,
+    outliers: FloatArray,
+    scratch: Scratch,
+) -> tuple[int, int]:
     """Make one move; return number of inclusions and level then."""
     choice = np.random.random()
     if choice < 0.5 * _JUMP:
@@ -44,21 +58,34 @@ def _move(state, count, level, beta, region, precision, log_weight, outliers, sc
     elif choice < _JUMP:
         count = propose_death(state, count, beta, region, scratch)
     elif choice < _JUMP + _REDRAWN:
-        redrawn(state, count, beta, region, scratch)
+        propose_redraw(state, count, beta, region, scratch)
     elif choice < _JUMP + _REDRAWN + _LEVEL_MOVE:
-        level = another_level(state, level, beta, precision, log_weight, scratch)
+        level = propose_level(state, level, beta, precision, log_weight, scratch)
     elif choice < _JUMP + _REDRAWN + _LEVEL_MOVE + _ERRED:
         propose_errors(state, beta, outliers)
     else:
-        changed_one(state, count, np.random.randint(KINDS), beta, region, scratch)
+        propose_change(state, count, np.random.randint(KINDS), beta, region, scratch)
     return count, level
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def run(
-    seed, y, region, precision, log_weight, outliers, betas, ends, kinds, steps, thin, rows, kept,
-    levels, errors,
-):  # fmt: skip
+    seed: int,
+    y: FloatArray,
+    region: SitesRegion,
+    precision: FloatArray,
+    log_weight: FloatArray,
+    outliers: FloatArray,
+    betas: FloatArray,
+    ends: FloatArray,
+    kinds: ErrorKinds,
+    steps: int,
+    thin: int,
+    rows: FloatArray,
+    kept: IntArray,
+    levels: IntArray,
+    errors: ErrorKinds,
+) -> None:
     """Run a chain of each beta on, and keep every ``thin``-th state of the first.
 
     Parameters
@@ -85,7 +112,7 @@ def run(
         Written: inclusions, their number, the level, and how each site errs, of each kept state.
     """
     np.random.seed(seed)
-    rungs, written, scratch = betas.size, 0, scratch_for(y.size)
+    rungs, written, scratch = betas.size, 0, make_scratch(y.size)
     count, level = (
         ends[:, MOST_INCLUSIONS, 0].astype(np.int64),
         ends[:, MOST_INCLUSIONS, 1].astype(np.int64),
@@ -106,8 +133,8 @@ def run(
         if rungs > 1 and (step + 1) % _EXCHANGE == 0:
             rung = np.random.randint(rungs - 1)
             a, b = at[rung], at[rung + 1]
-            gain = log_told(states[b], level[b], log_weight)
-            gain -= log_told(states[a], level[a], log_weight)
+            gain = weigh_told(states[b], level[b], log_weight)
+            gain -= weigh_told(states[a], level[a], log_weight)
             if math.log(np.random.random()) < (betas[rung] - betas[rung + 1]) * gain:
                 at[rung], at[rung + 1] = b, a
         if (step + 1) % thin == 0:

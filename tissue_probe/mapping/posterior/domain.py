@@ -70,7 +70,7 @@ class Domain:
         ParameterError
             If the box has too many cells as wide as a tip's radius.
         """
-        places = np.unique(np.round(np.column_stack([x, y]), _DIGITS), axis=0)
+        places: FloatArray = np.unique(np.column_stack([x, y]).round(_DIGITS), axis=0)
         spacing = _measure_spacing(places)
         beyond = min(spacing / 2.0, TIP)
         if within is not None:
@@ -130,7 +130,8 @@ class Domain:
             known |= self._within.contains(x / _MM, y / _MM)
         if len(self._hanging):
             known &= nearest < cKDTree(self._hanging).query(places)[0]
-        return known
+        found: np.ndarray = known
+        return found
 
 
 def _hull(places: FloatArray, beyond: float) -> ConvexHull:

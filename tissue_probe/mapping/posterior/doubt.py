@@ -12,7 +12,7 @@ import numpy as np
 from tissue_probe.mapping.posterior.background import Background
 from tissue_probe.mapping.posterior.domain import Domain
 from tissue_probe.mapping.posterior.felt_surface import sums_at
-from tissue_probe.mapping.posterior.found import FoundInclusion
+from tissue_probe.mapping.posterior.found_inclusions import FoundInclusion
 from tissue_probe.mapping.posterior.outliers import VARIANCES
 from tissue_probe.mapping.posterior.sampling import States
 from tissue_probe.signals import FloatArray, IntArray
@@ -59,7 +59,7 @@ class SiteDoubt:
     probability: float
 
 
-def felt_by(one: FoundInclusion, states: States, background: Background) -> IntArray:
+def find_visits_of(one: FoundInclusion, states: States, background: Background) -> IntArray:
     """Return the rows of the visits that feel an inclusion, in most states that have it."""
     rows, count, chosen = one.some(_MEDIAN_MEMBERS)
     _, _, level, kinds = (each[chosen] for each in states.flat())

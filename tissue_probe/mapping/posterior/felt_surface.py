@@ -31,7 +31,9 @@ _COARSE = 22
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _sum_felt(rows, count, x, y, total):
+def _sum_felt(
+    rows: FloatArray, count: int, x: FloatArray, y: FloatArray, total: FloatArray
+) -> None:
     """Write 1 + sum e g at places to ``total``."""
     one = np.empty(x.size)
     total[:] = 1.0
@@ -46,7 +48,9 @@ def _sum_felt(rows, count, x, y, total):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _add_one(row, x, y, profile, total):
+def _add_one(
+    row: FloatArray, x: FloatArray, y: FloatArray, profile: FloatArray, total: FloatArray
+) -> None:
     """Add e g of one inclusion over a raster, by a table of its profile: a power takes long."""
     a, b, c = metric(row)
     excess, exponent = math.exp(row[LOG_CONTRAST]) - 1.0, math.exp(row[LOG_EXPONENT])
@@ -69,7 +73,16 @@ def _add_one(row, x, y, profile, total):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _add(rows, count, x, y, first, second, mean, square):
+def _add(
+    rows: FloatArray,
+    count: int,
+    x: FloatArray,
+    y: FloatArray,
+    first: FloatArray,
+    second: FloatArray,
+    mean: FloatArray,
+    square: FloatArray,
+) -> None:
     """Add one state to the sums: the background's moments lie on a coarse raster, linear between.
 
     ``first`` and ``second`` are the background's mean and mean square, over the same rectangle.

@@ -20,10 +20,10 @@ from tissue_probe.mapping.posterior.background import Background
 from tissue_probe.mapping.posterior.felt_surface import sums_at
 from tissue_probe.mapping.posterior.prior import LOG_ASPECT, LOG_RADIUS
 from tissue_probe.mapping.posterior.sampling import States
-from tissue_probe.mapping.posterior.shape import squared_distance
-from tissue_probe.signals import FloatArray
+from tissue_probe.mapping.posterior.shape import measure_distance
+from tissue_probe.signals import BoolArray, FloatArray, IntArray
 
-LARGEST_RADIUS = 10.0  # mm
+LARGEST_HIDDEN = 10.0  # mm
 _STEP, _COARSE = 0.5, 2.0  # mm, of radii
 _HIDDEN_STATES = 50
 #: Less probable than this is excluded.
@@ -35,7 +35,19 @@ _FADED = 1.7
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _weigh_places(px, py, radius, excess, x, y, precision, weighted, covered, change, where):
+def _weigh_places(
+    px: float,
+    py: float,
+    radius: float,
+    excess: float,
+    x: FloatArray,
+    y: FloatArray,
+    precision: FloatArray,
+    weighted: FloatArray,
+    covered: BoolArray,
+    change: FloatArray,
+    where: IntArray,
+) -> float:
     """Return how probably a round inclusion may be at a place, of all states.
 
     ``weighted`` are the states' Qr, shape (states, n), ``covered`` says which have one over it.
@@ -66,7 +78,18 @@ def _weigh_places(px, py, radius, excess, x, y, precision, weighted, covered, ch
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _radii(places_x, places_y, excess, x, y, precision, weighted, rows, count, out):
+def _radii(
+    places_x: FloatArray,
+    places_y: FloatArray,
+    excess: float,
+    x: FloatArray,
+    y: FloatArray,
+    precision: FloatArray,
+    weighted: FloatArray,
+    rows: FloatArray,
+    count: IntArray,
+    out: FloatArray,
+) -> None:
     change, where = np.empty(x.size), np.empty(x.size, np.int64)
     covered = np.empty(count.size, np.bool_)
     uncovered = np.zeros(count.size, np.bool_)
@@ -77,11 +100,11 @@ def _radii(places_x, places_y, excess, x, y, precision, weighted, rows, count, o
             for s in range(count.size):
                 covered[s] = False
                 for m in range(count[s]):
-                    if squared_distance(rows[s, m], px, py) < 1.0:
+                    if measure_distance(rows[s, m], px, py) < 1.0:
                         covered[s] = True
                         longest = math.exp(rows[s, m, LOG_RADIUS] + 0.5 * rows[s, m, LOG_ASPECT])
                         largest = max(largest, longest)
-            radius, step = LARGEST_RADIUS, _COARSE
+            radius, step = LARGEST_HIDDEN, _COARSE
             while True:
                 if (
                     radius > 0.0
@@ -101,7 +124,7 @@ def _radii(places_x, places_y, excess, x, y, precision, weighted, rows, count, o
                     < _EXCLUDED
                 ):
                     radius -= step
-                elif step == _STEP or radius == LARGEST_RADIUS:
+                elif step == _STEP or radius == LARGEST_HIDDEN:
                     break
                 else:
                     radius, step = radius + step - _STEP, _STEP
@@ -118,7 +141,7 @@ def could_hide(
     x: FloatArray,
     y: FloatArray,
 ) -> FloatArray:
-    """Return the largest radius [mm] at each place of the raster; NaN from ``LARGEST_RADIUS`` on.
+    """Return the largest radius [mm] at each place of the raster; NaN from ``LARGEST_HIDDEN`` on.
 
     Parameters
     ----------
@@ -140,4 +163,4 @@ def could_hide(
     _radii(
         x, y, contrast - 1.0, background.x, background.y, precision, weighted, rows, count, radii
     )  # fmt: skip
-    return np.where(radii >= LARGEST_RADIUS, np.nan, radii)
+    return np.where(radii >= LARGEST_HIDDEN, np.nan, radii)

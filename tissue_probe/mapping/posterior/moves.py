@@ -20,7 +20,7 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
-from tissue_probe.mapping.posterior.outliers import with_outliers
+from tissue_probe.mapping.posterior.outliers import ErrorKinds, with_outliers
 from tissue_probe.mapping.posterior.prior import (
     ANGLE,
     FURTHER,
@@ -40,7 +40,8 @@ from tissue_probe.mapping.posterior.prior import (
     log_prior_of_contrast,
     log_prior_of_shape,
 )
-from tissue_probe.mapping.posterior.shape import squared_distance, write_shape
+from tissue_probe.mapping.posterior.shape import measure_distance, write_shape
+from tissue_probe.signals import FloatArray, IntArray
 
 #: Share of births anywhere, against those where the sites are off; of contrasts from the prior,
 #: against those that explain the nearest site.
@@ -57,11 +58,11 @@ class SitesRegion(NamedTuple):
     a, b, c. ``area`` is the hull's.
     """
 
-    sx: np.ndarray
-    sy: np.ndarray
+    sx: FloatArray
+    sy: FloatArray
     spacing: float
-    box: np.ndarray
-    hull: np.ndarray
+    box: FloatArray
+    hull: FloatArray
     area: float
 
 
@@ -73,15 +74,15 @@ class ChainState(NamedTuple):
     that, and ``log_det``, of one element, what that adds to half its log determinant.
     """
 
-    inclusions: np.ndarray
-    shapes: np.ndarray
-    excesses: np.ndarray
-    sum_felt: np.ndarray
-    r: np.ndarray
-    residual: np.ndarray
-    kinds: np.ndarray
-    precision: np.ndarray
-    log_det: np.ndarray
+    inclusions: FloatArray
+    shapes: FloatArray
+    excesses: FloatArray
+    sum_felt: FloatArray
+    r: FloatArray
+    residual: FloatArray
+    kinds: ErrorKinds
+    precision: FloatArray
+    log_det: FloatArray
 
 
 class Scratch(NamedTuple):
@@ -90,21 +91,21 @@ class Scratch(NamedTuple):
     ``precision`` is that of another level.
     """
 
-    new: np.ndarray
-    shape: np.ndarray
-    nothing: np.ndarray
-    sum_felt: np.ndarray
-    change: np.ndarray
-    where: np.ndarray
-    weights: np.ndarray
-    without_sum: np.ndarray
-    without_r: np.ndarray
-    without_residual: np.ndarray
-    precision: np.ndarray
+    new: FloatArray
+    shape: FloatArray
+    nothing: FloatArray
+    sum_felt: FloatArray
+    change: FloatArray
+    where: IntArray
+    weights: FloatArray
+    without_sum: FloatArray
+    without_r: FloatArray
+    without_residual: FloatArray
+    precision: FloatArray
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _inside(px, py, hull):
+def _inside(px: float, py: float, hull: FloatArray) -> bool:
     """Whether a middle is in the hull: an inclusion may not lie elsewhere."""
     outermost = -np.inf
     for k in range(hull.shape[0]):
@@ -113,14 +114,14 @@ def _inside(px, py, hull):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def log_apart(rows, count, row, skipped):
+def log_apart(rows: FloatArray, count: int, row: FloatArray, skipped: int) -> float:
     """Return the log prior of an inclusion beside the others: two that overlap are rather one."""
     total = 0.0
     for j in range(count):
         if j != skipped:
             if (
-                squared_distance(rows[j], row[X], row[Y]) < 1.0
-                or squared_distance(row, rows[j, X], rows[j, Y]) < 1.0
+                measure_distance(rows[j], row[X], row[Y]) < 1.0
+                or measure_distance(row, rows[j, X], rows[j, Y]) < 1.0
             ):
                 return -np.inf
             distance = math.hypot(rows[j, X] - row[X], rows[j, Y] - row[Y])
@@ -131,7 +132,7 @@ def log_apart(rows, count, row, skipped):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _nearest(row, x, y):
+def _nearest(row: FloatArray, x: FloatArray, y: FloatArray) -> int:
     best, at = np.inf, 0
     for i in range(x.size):
         squared = (x[i] - row[X]) ** 2 + (y[i] - row[Y]) ** 2
@@ -141,7 +142,7 @@ def _nearest(row, x, y):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _weights(residual, precision, out):
+def _weights(residual: FloatArray, precision: FloatArray, out: FloatArray) -> None:
     """Write to ``out`` how far each site is off what all others tell of it, squared, of sum 1."""
     total = 0.0
     for i in range(out.size):
@@ -152,7 +153,15 @@ def _weights(residual, precision, out):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _expected_contrast(row, x, y, sum_felt, residual, precision, shape):
+def _expected_contrast(
+    row: FloatArray,
+    x: FloatArray,
+    y: FloatArray,
+    sum_felt: FloatArray,
+    residual: FloatArray,
+    precision: FloatArray,
+    shape: FloatArray,
+) -> float:
     """Return the log contrast that explains the site nearest to a new inclusion, 0 if none."""
     i = _nearest(row, x, y)
     off = residual[i] / precision[i, i]
@@ -161,19 +170,21 @@ def _expected_contrast(row, x, y, sum_felt, residual, precision, shape):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _birth_width(region):
+def _birth_width(region: SitesRegion) -> float:
     """Return the standard deviation of a birth's place about a site [mm]."""
     return 0.5 * region.spacing
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _birth_spread(expected):
+def _birth_spread(expected: float) -> float:
     """Return the standard deviation of a birth's log contrast about that expected."""
     return 0.1 + 0.3 * abs(expected)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _log_density_of_birth(row, region, weights, expected):
+def _log_density_of_birth(
+    row: FloatArray, region: SitesRegion, weights: FloatArray, expected: float
+) -> float:
     """Return the log density with which a birth proposes place and contrast of an inclusion."""
     width, box, near = _birth_width(region), region.box, 0.0
     for i in range(region.sx.size):
@@ -189,7 +200,15 @@ def _log_density_of_birth(row, region, weights, expected):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _draw_birth(row, region, weights, sum_felt, residual, precision, shape):
+def _draw_birth(
+    row: FloatArray,
+    region: SitesRegion,
+    weights: FloatArray,
+    sum_felt: FloatArray,
+    residual: FloatArray,
+    precision: FloatArray,
+    shape: FloatArray,
+) -> float:
     """Draw an inclusion: its shape from the prior, its place where sites are off, or anywhere."""
     x, y, box, width = region.sx, region.sy, region.box, _birth_width(region)
     draw_shape(row)
@@ -213,7 +232,17 @@ def _draw_birth(row, region, weights, sum_felt, residual, precision, shape):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _write_changes(shape, excess, old_shape, old_excess, sum_felt, r, new_sum, change, where):
+def _write_changes(
+    shape: FloatArray,
+    excess: float,
+    old_shape: FloatArray,
+    old_excess: float,
+    sum_felt: FloatArray,
+    r: FloatArray,
+    new_sum: FloatArray,
+    change: FloatArray,
+    where: IntArray,
+) -> int:
     """Write the new sum and the changes of r; return how many sites change, -1 if none is left."""
     count = 0
     for i in range(r.size):
@@ -229,7 +258,9 @@ def _write_changes(shape, excess, old_shape, old_excess, sum_felt, r, new_sum, c
 
 
 @njit(cache=True, nogil=True, error_model="numpy", fastmath=True)
-def _gain(change, where, count, residual, precision):
+def _gain(
+    change: FloatArray, where: IntArray, count: int, residual: FloatArray, precision: FloatArray
+) -> float:
     """Return how the log likelihood changes with r."""
     total = 0.0
     for a in range(count):
@@ -243,7 +274,14 @@ def _gain(change, where, count, residual, precision):
 
 
 @njit(cache=True, nogil=True, error_model="numpy", fastmath=True)
-def _take(change, where, count, r, residual, precision):
+def _take(
+    change: FloatArray,
+    where: IntArray,
+    count: int,
+    r: FloatArray,
+    residual: FloatArray,
+    precision: FloatArray,
+) -> None:
     """Change r and Qr."""
     for a in range(count):
         i = where[a]
@@ -254,7 +292,7 @@ def _take(change, where, count, r, residual, precision):
 
 
 @njit(cache=True, nogil=True, error_model="numpy", fastmath=True)
-def _apply(precision, r, out):
+def _apply(precision: FloatArray, r: FloatArray, out: FloatArray) -> float:
     """Write Qr to ``out`` and return r'Qr."""
     total = 0.0
     for i in range(r.size):
@@ -267,7 +305,7 @@ def _apply(precision, r, out):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _move_inclusion(row, new, kind, spacing):
+def _move_inclusion(row: FloatArray, new: FloatArray, kind: int, spacing: float) -> None:
     """Write to ``new`` an inclusion moved a little, or farther, in what ``kind`` says."""
     new[:] = row
     radius = math.exp(row[LOG_RADIUS])
@@ -296,14 +334,20 @@ def _move_inclusion(row, new, kind, spacing):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _is_allowed(row, region):
+def _is_allowed(row: FloatArray, region: SitesRegion) -> bool:
     """Whether an inclusion is one that the prior knows."""
     prior = log_prior_of_shape(row) + log_prior_of_contrast(row[LOG_CONTRAST])
     return prior > -np.inf and _inside(row[X], row[Y], region.hull)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _propose(state_sum, residual, Q, region, scratch):
+def _propose(
+    state_sum: FloatArray,
+    residual: FloatArray,
+    Q: FloatArray,
+    region: SitesRegion,
+    scratch: Scratch,
+) -> float:
     """Draw an inclusion to be born, and return the log density of that."""
     expected = _draw_birth(
         scratch.new, region, scratch.weights, state_sum, residual, Q, scratch.shape
@@ -312,7 +356,9 @@ def _propose(state_sum, residual, Q, region, scratch):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _leave_out(state, j, region, scratch):
+def _leave_out(
+    state: ChainState, j: int, region: SitesRegion, scratch: Scratch
+) -> tuple[float, float]:
     """Write the state without an inclusion to scratch.
 
     Return the gain in log likelihood and the log density with which a birth would bring it back;
@@ -339,7 +385,9 @@ def _leave_out(state, j, region, scratch):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def propose_birth(state, count, beta, region, scratch):
+def propose_birth(
+    state: ChainState, count: int, beta: float, region: SitesRegion, scratch: Scratch
+) -> int:
     """Propose one more inclusion; return how many there are then."""
     if count == MOST_INCLUSIONS:
         return count
@@ -373,7 +421,9 @@ def propose_birth(state, count, beta, region, scratch):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def propose_death(state, count, beta, region, scratch):
+def propose_death(
+    state: ChainState, count: int, beta: float, region: SitesRegion, scratch: Scratch
+) -> int:
     """Propose one inclusion fewer; return how many there are then."""
     if count == 0:
         return count
@@ -398,7 +448,9 @@ def propose_death(state, count, beta, region, scratch):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def redrawn(state, count, beta, region, scratch):
+def propose_redraw(
+    state: ChainState, count: int, beta: float, region: SitesRegion, scratch: Scratch
+) -> None:
     """Propose another inclusion instead of one, as if that had died and this were born."""
     if count == 0:
         return
@@ -432,7 +484,14 @@ def redrawn(state, count, beta, region, scratch):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def another_level(state, level, beta, precision, log_weight, scratch):
+def propose_level(
+    state: ChainState,
+    level: int,
+    beta: float,
+    precision: FloatArray,
+    log_weight: FloatArray,
+    scratch: Scratch,
+) -> int:
     """Propose another level of variation, a neighbour mostly; return the level then."""
     other = np.random.randint(log_weight.size)
     if np.random.random() < 0.7:
@@ -451,13 +510,15 @@ def another_level(state, level, beta, precision, log_weight, scratch):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def log_told(state, level, log_weight):
+def weigh_told(state: ChainState, level: int, log_weight: FloatArray) -> float:
     """Return what the data say of a state: its log density at a beta of 1, less the prior's."""
-    return log_weight[level] + state.log_det[0] - 0.5 * np.dot(state.r, state.residual)
+    return float(log_weight[level] + state.log_det[0] - 0.5 * np.dot(state.r, state.residual))
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _same_at_nearest(state, j, region, scratch):
+def _same_at_nearest(
+    state: ChainState, j: int, region: SitesRegion, scratch: Scratch
+) -> tuple[float, float]:
     """Give a reshaped inclusion the contrast that its nearest site feels as before.
 
     Return its excess and the log Jacobian; NaN if that site is another, or there is none such.
@@ -477,7 +538,9 @@ def _same_at_nearest(state, j, region, scratch):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def changed_one(state, count, kind, beta, region, scratch):
+def propose_change(
+    state: ChainState, count: int, kind: int, beta: float, region: SitesRegion, scratch: Scratch
+) -> None:
     """Propose another place, extent, contrast or shape of an inclusion: ``kind`` of ``KINDS``."""
     if count == 0:
         return
@@ -516,7 +579,14 @@ def changed_one(state, count, kind, beta, region, scratch):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def begin_state(inclusions, count, kinds, Q, y, region):
+def begin_state(
+    inclusions: FloatArray,
+    count: int,
+    kinds: ErrorKinds,
+    Q: FloatArray,
+    y: FloatArray,
+    region: SitesRegion,
+) -> ChainState:
     """Return the state of inclusions and of the kinds of errors of sites."""
     n = y.size
     state = ChainState(
@@ -534,7 +604,7 @@ def begin_state(inclusions, count, kinds, Q, y, region):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def scratch_for(n):
+def make_scratch(n: int) -> Scratch:
     """Return scratch for the moves of states of n sites."""
     return Scratch(
         np.empty(PARAMETERS), np.empty(n), np.zeros(n), np.empty(n), np.empty(n),

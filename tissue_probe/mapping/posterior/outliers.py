@@ -10,9 +10,19 @@ that the likelihood of another variance follows from the site's residual and dia
 from __future__ import annotations
 
 import math
+from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
 from numba import njit
+from numpy.typing import NDArray
+
+from tissue_probe.signals import FloatArray
+
+if TYPE_CHECKING:
+    from tissue_probe.mapping.posterior.moves import ChainState
+
+#: How each site errs: the place of its variance in ``VARIANCES``.
+ErrorKinds: TypeAlias = NDArray[np.int8]
 
 #: Standard deviations of log k: from what the usual noise nearly explains to a factor of two.
 OUTLIER_SIZES = (0.05, 0.1, 0.2, 0.4, 0.8)
@@ -33,14 +43,14 @@ def prior_of(share: float | None) -> np.ndarray:
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def log_odds_of_further(outliers, sites, prior):
+def log_odds_of_further(outliers: int, sites: int, prior: FloatArray) -> float:
     """Return the log odds of one more outlier, of a given kind, over none but those there are."""
     odds = (prior[0] + outliers) / (prior[1] + sites - outliers - 1.0)
     return math.log(odds / (VARIANCES.size - 1))
 
 
 @njit(cache=True, nogil=True, error_model="numpy", fastmath=True)
-def _add_variance(precision, i, variance):
+def _add_variance(precision: FloatArray, i: int, variance: float) -> float:
     """Change a precision by an extra variance of a site; return the change of half its log det."""
     over = 1.0 + variance * precision[i, i]
     row, by = precision[i].copy(), variance / over
@@ -54,7 +64,7 @@ def _add_variance(precision, i, variance):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def with_outliers(precision, kinds, out):
+def with_outliers(precision: FloatArray, kinds: ErrorKinds, out: FloatArray) -> float:
     """Write to ``out`` a precision with outliers; return the change of half its log determinant."""
     out[:] = precision
     change = 0.0
@@ -65,7 +75,7 @@ def with_outliers(precision, kinds, out):
 
 
 @njit(cache=True, nogil=True, error_model="numpy", fastmath=True)
-def propose_errors(state, beta, prior):
+def propose_errors(state: ChainState, beta: float, prior: FloatArray) -> None:
     """Propose to each site in turn another kind of error, each kind as often."""
     kinds, precision, residual = state.kinds, state.precision, state.residual
     sites, others, outliers = kinds.size, VARIANCES.size - 1, 0

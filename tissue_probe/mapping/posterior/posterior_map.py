@@ -16,8 +16,14 @@ from tissue_probe.mapping.posterior.boundary import MEMBERS, boundaries, share_i
 from tissue_probe.mapping.posterior.check import LEAST_PASSED, predictive_probability
 from tissue_probe.mapping.posterior.doubt import SiteDoubt
 from tissue_probe.mapping.posterior.felt_surface import sums_at, surface_of
-from tissue_probe.mapping.posterior.found import FoundInclusion
+from tissue_probe.mapping.posterior.found_inclusions import FoundInclusion
 from tissue_probe.mapping.posterior.hidden import could_hide
+from tissue_probe.mapping.posterior.posterior_sample import (
+    FORM_ERROR,
+    LEAST_SITES,
+    FeltSites,
+    Sampled,
+)
 from tissue_probe.mapping.posterior.process import VARIANCE_LEVELS, map_of_process
 from tissue_probe.mapping.posterior.results import (
     Again,
@@ -28,7 +34,6 @@ from tissue_probe.mapping.posterior.results import (
     SurfaceFelt,
     TissueBackground,
 )
-from tissue_probe.mapping.posterior.sampled import FORM_ERROR, LEAST_SITES, FeltSites, Sampled
 from tissue_probe.mapping.posterior.sampling import AGREEMENT, States
 from tissue_probe.mapping.sites import Sites
 from tissue_probe.signals import FloatArray
@@ -203,14 +208,17 @@ def _inclusion(
     row, column = (int(np.abs(axis - at).argmin()) for axis, at in ((y, centre[1]), (x, centre[0])))
     lines = boundaries(*one.some(MEMBERS)[:2], one.places)
     return Inclusion(
-        *(float(each) / _MM for each in centre),
+        float(centre[0]) / _MM,
+        float(centre[1]) / _MM,
         one.covariance / _MM**2,
         one.probability,
         float(mean[row, column]),
         float(sd[row, column]),
         one.contrast,
         felt_by,
-        *(lines[percent] / _MM for percent in (50, 90, 95)),
+        lines[50] / _MM,
+        lines[90] / _MM,
+        lines[95] / _MM,
     )
 
 

@@ -14,6 +14,8 @@ import math
 import numpy as np
 from numba import njit
 
+from tissue_probe.signals import FloatArray
+
 X, Y, LOG_RADIUS, LOG_CONTRAST, LOG_EXPONENT, LOG_ASPECT, ANGLE = range(7)
 PARAMETERS = 7
 #: An inclusion more than so many is the sign of a model that does not fit.
@@ -26,7 +28,7 @@ OVERLAP_POWER = 8.0
 #: The felt radius, at half height [mm]. A tip of 3 mm radius feels nothing narrower than about
 #: itself; inclusions that are sought have 3 to 10 mm (nodules in lung and liver, prostate).
 RADIUS, RADIUS_SPREAD = 4.5, 0.4
-LEAST_RADIUS, LARGEST_RADIUS = 1.5, 20.0
+LEAST_RADIUS, LARGEST_INCLUSION = 1.5, 20.0
 #: |log c| is a gamma variable of shape 2: an inclusion without contrast is none, and contrasts of
 #: 1.3 to 3 are felt (finite elements: 1.2 to 1.7 for nodules eight times stiffer).
 CONTRAST_SCALE = 0.3
@@ -38,7 +40,7 @@ LEAST_LEFT = 0.05
 #: Exponent p of the shape 2^-(r/R)^p: 1 is peaked with a long tail, 2 a Gaussian, 8 a plateau, 60 a
 #: step. Tissue above an inclusion smooths its edge; one at the surface has a hard edge, and the
 #: data choose between the two kinds.
-EXPONENT, EXPONENT_SPREAD = 2.0, 0.45
+EDGE_EXPONENT, EXPONENT_SPREAD = 2.0, 0.45
 HARD, HARD_EXPONENT, HARD_SPREAD = 0.25, 15.0, 0.7
 LEAST_EXPONENT, LARGEST_EXPONENT = 0.9, 60.0
 #: log of the ratio of the axes, half-normal.
@@ -47,13 +49,13 @@ LARGEST_ASPECT = 3.0
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def log_normal(value, middle, spread):
+def log_normal(value: float, middle: float, spread: float) -> float:
     """Return the log density of a normal variable, up to a constant that is the same each time."""
     return -0.5 * ((value - middle) / spread) ** 2 - math.log(spread)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def log_prior_of_contrast(log_contrast):
+def log_prior_of_contrast(log_contrast: float) -> float:
     """Return the log density of log c, -inf beyond the largest."""
     size = abs(log_contrast)
     if size > LARGEST_LOG_CONTRAST or size == 0.0:
@@ -63,24 +65,24 @@ def log_prior_of_contrast(log_contrast):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def log_prior_of_hard(exponent):
+def log_prior_of_hard(exponent: float) -> float:
     """Return the log density of the log of the exponent of a hard edge, its share counted."""
     return math.log(HARD) + log_normal(exponent, math.log(HARD_EXPONENT), HARD_SPREAD)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def log_prior_of_exponent(exponent):
+def log_prior_of_exponent(exponent: float) -> float:
     """Return the log density of the log of the exponent, of either kind of edge."""
-    smooth = math.log(1.0 - HARD) + log_normal(exponent, math.log(EXPONENT), EXPONENT_SPREAD)
+    smooth = math.log(1.0 - HARD) + log_normal(exponent, math.log(EDGE_EXPONENT), EXPONENT_SPREAD)
     return math.log(math.exp(smooth) + math.exp(log_prior_of_hard(exponent)))
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def log_prior_of_shape(row):
+def log_prior_of_shape(row: FloatArray) -> float:
     """Return the log density of extent, exponent and ellipse, up to a constant; -inf outside."""
     radius, exponent, aspect = row[LOG_RADIUS], row[LOG_EXPONENT], row[LOG_ASPECT]
     if (
-        not math.log(LEAST_RADIUS) < radius < math.log(LARGEST_RADIUS)
+        not math.log(LEAST_RADIUS) < radius < math.log(LARGEST_INCLUSION)
         or not math.log(LEAST_EXPONENT) < exponent < math.log(LARGEST_EXPONENT)
         or not 0.0 <= aspect < math.log(LARGEST_ASPECT)
     ):
@@ -93,11 +95,11 @@ def log_prior_of_shape(row):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def draw_shape(row):
+def draw_shape(row: FloatArray) -> None:
     """Draw extent, exponent and ellipse from the prior."""
     while True:
         row[LOG_RADIUS] = math.log(RADIUS) + RADIUS_SPREAD * np.random.standard_normal()
-        middle, spread = math.log(EXPONENT), EXPONENT_SPREAD
+        middle, spread = math.log(EDGE_EXPONENT), EXPONENT_SPREAD
         if np.random.random() < HARD:
             middle, spread = math.log(HARD_EXPONENT), HARD_SPREAD
         row[LOG_EXPONENT] = middle + spread * np.random.standard_normal()
@@ -108,7 +110,7 @@ def draw_shape(row):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def draw_contrast():
+def draw_contrast() -> float:
     """Draw log c from the prior."""
     size = -CONTRAST_SCALE * math.log(np.random.random() * np.random.random())
     return -size if np.random.random() < SOFT else size

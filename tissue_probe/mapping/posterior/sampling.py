@@ -13,6 +13,7 @@ import numpy as np
 from tissue_probe.mapping.posterior.background import Background
 from tissue_probe.mapping.posterior.chain import run
 from tissue_probe.mapping.posterior.moves import SitesRegion
+from tissue_probe.mapping.posterior.outliers import ErrorKinds
 from tissue_probe.mapping.posterior.prior import MOST_INCLUSIONS, PARAMETERS
 from tissue_probe.signals import FloatArray, IntArray
 
@@ -49,9 +50,9 @@ class States:
     inclusions: FloatArray
     count: IntArray
     level: IntArray
-    kinds: IntArray
+    kinds: ErrorKinds
 
-    def flat(self) -> tuple[FloatArray, IntArray, IntArray, IntArray]:
+    def flat(self) -> tuple[FloatArray, IntArray, IntArray, ErrorKinds]:
         """Return all chains' states as if of one chain: inclusions, their number, level and kinds.
 
         Shapes (states, MOST, PARAMETERS), (states,), (states,) and (states, n).
@@ -63,11 +64,11 @@ class States:
             self.kinds.reshape(self.count.size, -1),
         )
 
-    def some(self, most: int) -> tuple[FloatArray, IntArray, IntArray, IntArray]:
+    def some(self, most: int) -> tuple[FloatArray, IntArray, IntArray, ErrorKinds]:
         """Return at most so many states, evenly chosen from all chains, as ``flat`` does."""
         chosen = np.unique(np.linspace(0, self.count.size - 1, most).astype(int))
-        rows, count, level, kinds = (each[chosen] for each in self.flat())
-        return rows, count, level, kinds
+        rows, count, level, kinds = self.flat()
+        return rows[chosen], count[chosen], level[chosen], kinds[chosen]
 
     @staticmethod
     def join_parts(parts: list[States]) -> States:

@@ -18,6 +18,7 @@ from tissue_probe.mapping.posterior.prior import (
     X,
     Y,
 )
+from tissue_probe.signals import FloatArray
 
 _LOG_2 = math.log(2.0)
 #: Where less than exp(-9) = 0.01 % is felt, nothing is.
@@ -25,7 +26,7 @@ FADED = 9.0
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def metric(row):
+def metric(row: FloatArray) -> tuple[float, float, float]:
     """Return a, b, c with (rho / R)^2 = a dx^2 + 2 b dx dy + c dy^2, lengths in mm."""
     aspect, scale = math.exp(row[LOG_ASPECT]), math.exp(-2.0 * row[LOG_RADIUS])
     cosine, sine = math.cos(row[ANGLE]), math.sin(row[ANGLE])
@@ -38,15 +39,15 @@ def metric(row):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def squared_distance(row, x, y):
+def measure_distance(row: FloatArray, x: float, y: float) -> float:
     """Return (rho / R)^2 of a place [mm]; 1 on the boundary."""
     a, b, c = metric(row)
     across, up = x - row[X], y - row[Y]
-    return a * across**2 + 2.0 * b * across * up + c * up**2
+    return float(a * across**2 + 2.0 * b * across * up + c * up**2)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def write_shape(row, x, y, out):
+def write_shape(row: FloatArray, x: FloatArray, y: FloatArray, out: FloatArray) -> None:
     """Write g at each place [mm] to ``out``; exactly 0 where it has faded."""
     half = 0.5 * math.exp(row[LOG_EXPONENT])
     reach = (FADED / _LOG_2) ** (1.0 / half)

@@ -10,7 +10,7 @@ from tissue_probe.physics.effects.contact_loss import CONTACT_LOSS
 from tissue_probe.physics.effects.coulomb_friction import COULOMB_FRICTION
 from tissue_probe.physics.effects.cubic_stiffening import CUBIC_STIFFENING
 from tissue_probe.physics.effects.damage_by_depth import DAMAGE_BY_DEPTH
-from tissue_probe.physics.effects.effect import Effect, Extent, Parameter, State, Switch
+from tissue_probe.physics.effects.effect import Effect, Parameter, State, Switch
 from tissue_probe.physics.effects.encoder_interpolation import ENCODER_INTERPOLATION
 from tissue_probe.physics.effects.encoder_quantization import ENCODER_QUANTIZATION
 from tissue_probe.physics.effects.exponential_stiffening import EXPONENTIAL_STIFFENING
@@ -35,6 +35,7 @@ from tissue_probe.physics.effects.stribeck_friction import STRIBECK_FRICTION
 from tissue_probe.physics.effects.structural_mode import STRUCTURAL_MODE
 from tissue_probe.physics.effects.tissue_motion import TISSUE_MOTION
 from tissue_probe.physics.effects.zero_by_part import ZERO_BY_PART
+from tissue_probe.physics.extent import Extent
 
 __all__ = ["EFFECTS", "Effect", "Extent", "Parameter", "State", "Switch"]
 

@@ -2,7 +2,8 @@
 
 import sympy as sp
 
-from tissue_probe.physics.effects.effect import Effect, Extent, Parameter
+from tissue_probe.physics.effects.effect import Effect, Parameter
+from tissue_probe.physics.extent import Extent
 
 MASS = sp.Symbol("added_mass", real=True)
 

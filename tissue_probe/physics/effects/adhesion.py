@@ -8,10 +8,10 @@ from tissue_probe.physics.effects.effect import (
     INDENTATION,
     TISSUE_FORCE,
     Effect,
-    Extent,
     Parameter,
     Switch,
 )
+from tissue_probe.physics.extent import Extent
 
 PULL_OFF = sp.Symbol("pull_off_force", positive=True)
 ATTACHED = sp.Symbol("attached", nonnegative=True)

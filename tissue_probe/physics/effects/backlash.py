@@ -10,11 +10,11 @@ from tissue_probe.physics.effects.effect import (
     POSITION_RATE,
     STRETCH,
     Effect,
-    Extent,
     Parameter,
     State,
     Switch,
 )
+from tissue_probe.physics.extent import Extent
 
 WIDTH = sp.Symbol("backlash_width", real=True)
 PUSHES, PULLS = sp.symbols("pushes pulls", nonnegative=True)

@@ -6,9 +6,12 @@ compression than in tension.
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import sympy as sp
 
-from tissue_probe.physics.effects.effect import INDENTATION, Effect, Extent, Parameter, Starts
+from tissue_probe.physics.effects.effect import INDENTATION, Effect, Parameter, Starts
+from tissue_probe.physics.extent import Extent
 
 CHANGE = sp.Symbol("stiffness_beyond_knee", real=True)
 KNEE = sp.Symbol("knee_depth", real=True)
@@ -29,7 +32,7 @@ def _form(
     begun: Starts | None = None,
     forms: tuple[Effect, ...] = (),
 ) -> Effect:
-    return Effect(
+    effect = Effect(
         name="bilinear_spring",
         family="stiffening",
         physics="A spring with a knee: beyond a depth, or pressed instead of pulled, it is another",
@@ -47,8 +50,8 @@ def _form(
         ),
         assumptions=assumptions,
         reference="Shaw and Holmes, J. Sound and Vibration 90 (1983), 129, section 2",
-        **({} if begun is None else {"starts": begun}),
     )
+    return effect if begun is None else replace(effect, starts=begun)
 
 
 _KNEE = _form(

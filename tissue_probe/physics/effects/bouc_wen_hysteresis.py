@@ -5,11 +5,11 @@ import sympy as sp
 from tissue_probe.physics.effects.effect import (
     TIP_VELOCITY,
     Effect,
-    Extent,
     Parameter,
     Starts,
     State,
 )
+from tissue_probe.physics.extent import Extent
 
 HYSTERETIC = sp.Symbol("hysteretic_force", real=True)
 YIELD = sp.Symbol("yield_displacement", positive=True)

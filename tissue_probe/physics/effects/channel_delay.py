@@ -2,7 +2,8 @@
 
 import sympy as sp
 
-from tissue_probe.physics.effects.effect import Effect, Extent, Parameter
+from tissue_probe.physics.effects.effect import Effect, Parameter
+from tissue_probe.physics.extent import Extent
 from tissue_probe.physics.kinds import LONGEST_DELAY, MOST_EARLY
 
 DELAY = sp.Symbol("channel_delay", real=True)

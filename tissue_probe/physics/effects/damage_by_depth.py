@@ -26,11 +26,11 @@ from tissue_probe.physics.effects.effect import (
     STIFFNESS,
     TIP_VELOCITY,
     Effect,
-    Extent,
     Parameter,
     State,
     Switch,
 )
+from tissue_probe.physics.extent import Extent
 
 Near = Callable[[Extent, Mapping[str, float]], list[dict[str, float]]]
 DAMAGE = sp.Symbol("damage_share", real=True)

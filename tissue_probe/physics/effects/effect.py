@@ -189,8 +189,8 @@ class Effect:
         is far slower or faster than usual, whose times are in other units, nor where the samples
         are too few a period to show it. Its strengths are a sine's and a cosine's.
     scale, origin
-        Of a copy for a record of another size, see ``resized``: which, and the effect that it is
-        a copy of.
+        Of a copy for a record of another size, see ``effect_scale``: which, and the effect that it
+        is a copy of.
     odds : float
         How many times as likely it is missing as any other of the library, before anything is
         measured.
@@ -247,9 +247,9 @@ class Effect:
 
     def __reduce_ex__(self, protocol: SupportsIndex) -> Any:
         """Come back from bytes as the library's own, in its form; a user's own as what it holds."""
-        from tissue_probe.physics.library_form import found_in_library, of_library
+        from tissue_probe.physics.library_form import find_in_library, of_library
 
-        place = found_in_library(self)
+        place = find_in_library(self)
         return super().__reduce_ex__(protocol) if place is None else (of_library, place)
 
     @property

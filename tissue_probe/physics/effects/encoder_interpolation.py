@@ -2,7 +2,8 @@
 
 import sympy as sp
 
-from tissue_probe.physics.effects.effect import POSITION, Effect, Extent, Parameter
+from tissue_probe.physics.effects.effect import POSITION, Effect, Parameter
+from tissue_probe.physics.extent import Extent
 
 SINE, COSINE = sp.symbols("interpolation_sine interpolation_cosine", real=True)
 PERIOD = sp.Symbol("grating_period", positive=True)

@@ -2,15 +2,16 @@
 
 import sympy as sp
 
-from tissue_probe.physics.effects.effect import Effect, Extent, Parameter
-from tissue_probe.physics.rounding import COARSE
+from tissue_probe.physics.effects.effect import Effect, Parameter
+from tissue_probe.physics.extent import Extent
+from tissue_probe.physics.rounding import COARSE_STEP
 
 STEP = sp.Symbol("encoder_step", positive=True)
 
 
 def starts(extent: Extent) -> list[dict[str, float]]:
     """Propose the step seen in the positions, where it is coarse."""
-    return [{"encoder_step": extent.step}] if extent.step > COARSE else []
+    return [{"encoder_step": extent.step}] if extent.step > COARSE_STEP else []
 
 
 ENCODER_QUANTIZATION = Effect(

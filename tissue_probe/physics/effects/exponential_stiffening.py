@@ -2,7 +2,8 @@
 
 import sympy as sp
 
-from tissue_probe.physics.effects.effect import INDENTATION, Effect, Extent, Parameter
+from tissue_probe.physics.effects.effect import INDENTATION, Effect, Parameter
+from tissue_probe.physics.extent import Extent
 
 STRENGTH = sp.Symbol("exponential_force", real=True)
 LENGTH = sp.Symbol("exponential_length", positive=True)

@@ -2,7 +2,8 @@
 
 import sympy as sp
 
-from tissue_probe.physics.effects.effect import FORCE, TIME, Effect, Extent, Parameter
+from tissue_probe.physics.effects.effect import FORCE, TIME, Effect, Parameter
+from tissue_probe.physics.extent import Extent
 
 DRIFT, BIAS = sp.symbols("force_drift drift_start", real=True)
 SETTLING = sp.Symbol("drift_time", positive=True)

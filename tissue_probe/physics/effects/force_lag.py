@@ -2,7 +2,8 @@
 
 import sympy as sp
 
-from tissue_probe.physics.effects.effect import FORCE, Effect, Extent, Parameter, State
+from tissue_probe.physics.effects.effect import FORCE, Effect, Parameter, State
+from tissue_probe.physics.extent import Extent
 
 LAG = sp.Symbol("lag_time", real=True)
 LAGGED = sp.Symbol("lagged_force", real=True)

@@ -9,10 +9,10 @@ from tissue_probe.physics.effects.effect import (
     STIFFNESS,
     TISSUE_FORCE,
     Effect,
-    Extent,
     Parameter,
     Switch,
 )
+from tissue_probe.physics.extent import Extent
 
 EXPONENT = sp.Symbol("contact_exponent", positive=True)
 TOUCHING, PUSHING = sp.symbols("touching pushing", nonnegative=True)

@@ -7,10 +7,10 @@ from tissue_probe.physics.effects.effect import (
     TIP_VELOCITY,
     TISSUE_FORCE,
     Effect,
-    Extent,
     Parameter,
     Switch,
 )
+from tissue_probe.physics.extent import Extent
 
 STRENGTH = sp.Symbol("depth_damping", real=True)
 EXPONENT = sp.Symbol("depth_damping_exponent", positive=True)

@@ -4,7 +4,8 @@ from collections.abc import Mapping
 
 import sympy as sp
 
-from tissue_probe.physics.effects.effect import Effect, Extent, Parameter
+from tissue_probe.physics.effects.effect import Effect, Parameter
+from tissue_probe.physics.extent import Extent
 
 ERROR = sp.Symbol("load_cell_stiffness_share", real=True)
 

@@ -2,7 +2,8 @@
 
 import sympy as sp
 
-from tissue_probe.physics.effects.effect import FORCE, TIME, Effect, Extent, Parameter
+from tissue_probe.physics.effects.effect import FORCE, TIME, Effect, Parameter
+from tissue_probe.physics.extent import Extent
 
 SINE, COSINE = sp.symbols("hum_sine hum_cosine", real=True)
 FREQUENCY = sp.Symbol("hum_frequency", positive=True)

@@ -1,21 +1,23 @@
 """Damping that changes with the speed: by a power of it, by its direction, or by its past.
 
 Quadratic: c |v| v. By a power: c |v / v0|^(n - 1) v with v0 = 10 mm/s in a record of the usual size
-(see ``resized``). By the direction: c |v|, which adds to the damping on the way in and takes from
-it on the way out. Thixotropic: c s v, where s is |v| after a first-order lag; without a lag it is
-quadratic.
+(see ``effect_scale``). By the direction: c |v|, which adds to the damping on the way in and takes
+from it on the way out. Thixotropic: c s v, where s is |v| after a first-order lag; without a lag it
+is quadratic.
 """
+
+from dataclasses import replace
 
 import sympy as sp
 
 from tissue_probe.physics.effects.effect import (
     TIP_VELOCITY,
     Effect,
-    Extent,
     Parameter,
     Starts,
     State,
 )
+from tissue_probe.physics.extent import Extent
 
 QUADRATIC = sp.Symbol("quadratic_damping", real=True)
 ONE_WAY = sp.Symbol("damping_by_direction", real=True)
@@ -51,7 +53,7 @@ def _form(
     states: tuple[State, ...] = (),
     forms: tuple[Effect, ...] = (),
 ) -> Effect:
-    return Effect(
+    effect = Effect(
         name="nonlinear_damping",
         family="damping",
         physics="The damping changes with the speed: with its size, its direction or its past",
@@ -63,8 +65,8 @@ def _form(
         assumptions=assumptions,
         reference="Cross, J. Colloid Science 20 (1965), 417, on powers of the speed; Barnes, J. "
         "Non-Newtonian Fluid Mechanics 70 (1997), 1, on thixotropy",
-        **({} if starts is None else {"starts": starts}),
     )
+    return effect if starts is None else replace(effect, starts=starts)
 
 
 _POWER = _form(

@@ -13,11 +13,11 @@ from tissue_probe.physics.effects import standard_linear_solid as single
 from tissue_probe.physics.effects.effect import (
     ELASTIC_RATE,
     Effect,
-    Extent,
     Parameter,
     Starts,
     State,
 )
+from tissue_probe.physics.extent import Extent
 
 SPECTRUM, SLOPE = sp.symbols("spectrum_stiffness spectrum_slope", real=True)
 SLOWEST_RATE, FASTEST_RATE = sp.symbols("slowest_rate fastest_rate", positive=True)

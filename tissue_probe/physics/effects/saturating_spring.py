@@ -2,13 +2,8 @@
 
 import sympy as sp
 
-from tissue_probe.physics.effects.effect import (
-    INDENTATION,
-    STIFFNESS,
-    Effect,
-    Extent,
-    Parameter,
-)
+from tissue_probe.physics.effects.effect import INDENTATION, STIFFNESS, Effect, Parameter
+from tissue_probe.physics.extent import Extent
 
 #: Over the depth s, whose inverse this is [1/m], the force over the depth falls to a half of what
 #: it is at first, or to three quarters.

@@ -3,9 +3,12 @@
 F = c1 w + c2 w^2 + c3 w^3, where w is the channel in its own unit, or that after a first-order lag.
 """
 
+from dataclasses import replace
+
 import sympy as sp
 
-from tissue_probe.physics.effects.effect import INPUT2, Effect, Extent, Parameter, State
+from tissue_probe.physics.effects.effect import INPUT2, Effect, Parameter, State
+from tissue_probe.physics.extent import Extent
 
 GAIN, SQUARE, CUBE = sp.symbols("input2_gain input2_square input2_cube", real=True)
 LAG = sp.Symbol("input2_lag", positive=True)
@@ -33,7 +36,7 @@ def _form(
     w: sp.Expr, curve: tuple[Parameter, ...], lagged: bool, forms: tuple[Effect, ...] = ()
 ) -> Effect:
     says = "the second input drives the force by {input2_gain:N/input2}"
-    return Effect(
+    effect = Effect(
         name="second_input",
         family="second input",
         physics="A recorded channel w drives the force: c1 w + c2 w^2 + c3 w^3, maybe late",
@@ -46,8 +49,8 @@ def _form(
         assumptions="No force where the channel reads 0; first-order lag; the channel has no noise",
         reference="Ljung, System Identification (1999), section 4.2, on several inputs; Doebelin, "
         "Measurement Systems (2004), section 3.3, on first-order instruments",
-        **({"starts": starts} if lagged else {}),
     )
+    return replace(effect, starts=starts) if lagged else effect
 
 
 SECOND_INPUT = _form(

@@ -5,8 +5,9 @@ from collections.abc import Mapping
 
 import sympy as sp
 
-from tissue_probe.physics.dynamic_stiffness import handed_over
-from tissue_probe.physics.effects.effect import TIP_VELOCITY, Effect, Extent, Parameter, State
+from tissue_probe.physics.dynamic_stiffness import hand_over
+from tissue_probe.physics.effects.effect import TIP_VELOCITY, Effect, Parameter, State
+from tissue_probe.physics.extent import Extent
 
 STRENGTH = sp.Symbol("springpot_stiffness", real=True)
 EXPONENT = sp.Symbol("springpot_exponent", positive=True)
@@ -40,10 +41,10 @@ def near(extent: Extent, found: Mapping[str, float]) -> list[dict[str, float]]:
     proposed = []
     for other in (0.1, 0.25, 0.4, 0.55, 0.7, 0.85):
         unit = turned**other
-        most, _ = handed_over(extent.frequency, found, known, unit, 1.0)
+        most, _ = hand_over(extent.frequency, found, known, unit, 1.0)
         own = min(abs(known / unit) / most, 1.0) if most > 0.0 else 0.0
         for share in (own, 0.3, 0.8):
-            scaled, rest = handed_over(extent.frequency, found, known, unit, share)
+            scaled, rest = hand_over(extent.frequency, found, known, unit, share)
             proposed.append({str(STRENGTH): scaled, str(EXPONENT): other, **rest})
     return proposed
 

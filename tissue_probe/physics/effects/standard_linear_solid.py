@@ -4,9 +4,9 @@ from collections.abc import Mapping
 
 import sympy as sp
 
-from tissue_probe.physics.dynamic_stiffness import handed_over, of_branch
-from tissue_probe.physics.effects.effect import TIP_VELOCITY, Effect, Extent, Parameter, State
-from tissue_probe.physics.extent import SLOWEST
+from tissue_probe.physics.dynamic_stiffness import hand_over, of_branch
+from tissue_probe.physics.effects.effect import TIP_VELOCITY, Effect, Parameter, State
+from tissue_probe.physics.extent import SLOWEST_RELAXATION, Extent
 
 RELAXING_STIFFNESS = sp.Symbol("relaxing_stiffness", real=True)
 RATE = sp.Symbol("relaxation_rate", positive=True)
@@ -15,7 +15,7 @@ COMPRESSION = sp.Symbol("branch_compression", real=True)
 
 def starts(extent: Extent) -> list[dict[str, float]]:
     """Propose rates three a decade, from those seen in the whole record to the tip's own."""
-    slowest = SLOWEST / extent.duration
+    slowest = SLOWEST_RELAXATION / extent.duration
     return [{"relaxation_rate": slowest * 10 ** (i / 3)} for i in range(12)]
 
 
@@ -29,7 +29,7 @@ def near(extent: Extent, found: Mapping[str, float]) -> list[dict[str, float]]:
     for rate in (extent.frequency * f for f in (0.1, 0.3, 1.0, 3.0)):
         unit = of_branch(extent.frequency, rate)
         for share in (0.5, 0.95):
-            stiffness, rest = handed_over(extent.frequency, found, known, unit, share)
+            stiffness, rest = hand_over(extent.frequency, found, known, unit, share)
             proposed.append({"relaxing_stiffness": stiffness, "relaxation_rate": rate, **rest})
     return proposed
 

@@ -2,7 +2,8 @@
 
 import sympy as sp
 
-from tissue_probe.physics.effects.effect import ELASTIC_DEPTH, TIME, Effect, Extent, Parameter
+from tissue_probe.physics.effects.effect import ELASTIC_DEPTH, TIME, Effect, Parameter
+from tissue_probe.physics.extent import Extent
 
 CHANGE = sp.Symbol("ramp_change", real=True)
 BEGIN = sp.Symbol("ramp_begin", real=True)

@@ -8,10 +8,10 @@ from tissue_probe.physics.effects.effect import (
     ELASTIC_DEPTH,
     TIME,
     Effect,
-    Extent,
     Parameter,
     Switch,
 )
+from tissue_probe.physics.extent import Extent
 
 CHANGE = sp.Symbol("step_change", real=True)
 INSTANT = sp.Symbol("step_time", real=True)

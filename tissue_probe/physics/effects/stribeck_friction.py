@@ -4,7 +4,8 @@ from collections.abc import Mapping
 
 import sympy as sp
 
-from tissue_probe.physics.effects.effect import TIP_VELOCITY, Effect, Extent, Parameter
+from tissue_probe.physics.effects.effect import TIP_VELOCITY, Effect, Parameter
+from tissue_probe.physics.extent import Extent
 from tissue_probe.physics.sticking import SHARPEST, sliding
 
 COULOMB = sp.Symbol("stribeck_coulomb_force", real=True)

@@ -6,7 +6,8 @@ from collections.abc import Mapping
 import sympy as sp
 
 from tissue_probe.physics.dynamic_stiffness import tissue_of, together
-from tissue_probe.physics.effects.effect import TIP_VELOCITY, Effect, Extent, Parameter, State
+from tissue_probe.physics.effects.effect import TIP_VELOCITY, Effect, Parameter, State
+from tissue_probe.physics.extent import Extent
 
 MASS = sp.Symbol("modal_mass", real=True)
 FREQUENCY = sp.Symbol("modal_frequency", positive=True)

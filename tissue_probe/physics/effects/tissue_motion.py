@@ -2,7 +2,8 @@
 
 import sympy as sp
 
-from tissue_probe.physics.effects.effect import TIME, Effect, Extent, Parameter
+from tissue_probe.physics.effects.effect import TIME, Effect, Parameter
+from tissue_probe.physics.extent import Extent
 
 SINE, COSINE = sp.symbols("motion_sine motion_cosine", real=True)
 FREQUENCY = sp.Symbol("motion_frequency", positive=True)

@@ -39,7 +39,7 @@ def rig_of(rig: Rig | str) -> Rig:
     return RIGS[rig] if isinstance(rig, str) else rig
 
 
-def named(which: Callable[[Rig], bool]) -> str:
+def name_rigs(which: Callable[[Rig], bool]) -> str:
     """Return the names of the rigs in ``RIGS`` of which something holds, as a sentence has them."""
     return " or ".join(rig.name for rig in RIGS.values() if which(rig))
 
@@ -56,6 +56,6 @@ __all__ = [
     "Live",
     "Rig",
     "RigName",
-    "named",
+    "name_rigs",
     "rig_of",
 ]

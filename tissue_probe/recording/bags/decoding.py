@@ -10,7 +10,7 @@ import struct
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import Any, TypeVar
+from typing import Any, TypeAlias, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -250,15 +250,18 @@ def stiffness_map(message: Any) -> RecordedMap:
     )
 
 
-def estimate_row(message: Any) -> tuple:
+#: The name and the numbers of one estimate, in the order of the fields of ``TissueEstimates``.
+EstimateRow: TypeAlias = tuple[str, tuple[float, ...]]
+
+
+def estimate_row(message: Any) -> EstimateRow:
     """Convert a ``TissueEstimate`` message to the fields of ``TissueEstimates``, in their order.
 
     ValueError if its stamp or number is not sound.
     """
     if message.sequence > LAST_SEQUENCE:
         raise ValueError(f"sequence is {message.sequence}; samples are numbered up to 2^63 - 1")
-    return (
-        message.estimator,
+    return message.estimator, (
         sound_stamp(_stamp(message)),
         message.sequence,
         message.stiffness,
@@ -275,17 +278,16 @@ def estimate_row(message: Any) -> tuple:
     )
 
 
-def estimates(rows: list[tuple]) -> TissueEstimates:
+def estimates(rows: list[EstimateRow]) -> TissueEstimates:
     """Make ``TissueEstimates`` of the rows of one estimator, at least one."""
-    (name, *_), *_ = rows
-    _, *columns = zip(*rows, strict=True)
+    columns = list(zip(*(numbers for _, numbers in rows), strict=True))
     types = [np.int64, np.int64, *([np.float64] * (len(columns) - 3)), np.uint8]
-    return TissueEstimates(name, *map(np.array, columns, types))
+    return TissueEstimates(rows[0][0], *map(np.array, columns, types))
 
 
 def _stamp(message: Any) -> int:
     stamp = message.header.stamp
-    return stamp.sec * NANOSECONDS + stamp.nanosec
+    return int(stamp.sec * NANOSECONDS + stamp.nanosec)
 
 
 def _point(message: Any) -> tuple[float, float, float]:

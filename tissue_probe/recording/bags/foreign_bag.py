@@ -87,8 +87,8 @@ def read_foreign_bag(
     f_name, u_name, origin = force.name, position.name, int(f_clock.times[0])
     parts = list(_parts(f_clock.times, u_clock.times, cuts))
     del force, position  # of a long bag, hundreds of megabytes
-    f_times, f_clock = _seconds(f_clock.times, origin), None
-    u_times, u_clock = _seconds(u_clock.times, origin), None
+    f_times, u_times = _seconds(f_clock.times, origin), _seconds(u_clock.times, origin)
+    del f_clock, u_clock
     blocks: list[SampleBlock] = []
     rates, slow, noises, even = [], [], [], True
     taken: list[tuple[FloatArray, FloatArray, FloatArray, FloatArray]] = []

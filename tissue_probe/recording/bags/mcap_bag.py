@@ -13,16 +13,26 @@ import logging
 import struct
 import zlib
 from collections import Counter
-from collections.abc import Collection, Iterator
+from collections.abc import Callable, Collection, Iterator
 from io import SEEK_END, BytesIO
 from pathlib import Path
 from struct import Struct
-from typing import BinaryIO, NamedTuple
+from typing import BinaryIO, NamedTuple, TypeVar
 
 from mcap.data_stream import ReadDataStream
 from mcap.exceptions import McapError
 from mcap.opcode import Opcode
-from mcap.records import Channel, Chunk, DataEnd, Footer, Header, Metadata, Schema, Statistics
+from mcap.records import (
+    Channel,
+    Chunk,
+    DataEnd,
+    Footer,
+    Header,
+    McapRecord,
+    Metadata,
+    Schema,
+    Statistics,
+)
 from mcap.writer import MCAP0_MAGIC
 
 from tissue_probe.recording.bags.bag import RawMessage, Topic
@@ -35,6 +45,9 @@ from tissue_probe.recording.bags.unpacking import (
     unpack_message,
 )
 from tissue_probe.recording.errors import RecordingError
+
+#: A record of one of MCAP's kinds.
+_Record = TypeVar("_Record", bound=McapRecord)
 
 _log = logging.getLogger(__name__)
 
@@ -155,7 +168,8 @@ class McapBag:
         return _Summary()
 
     def _read_summary(self, file: BinaryIO, summary_begin: int) -> _Summary:
-        definitions, statistics, complete = [], None, summary_begin
+        definitions: list[tuple[int, int, int]] = []
+        statistics, complete = None, summary_begin
         for opcode, begin, end in _records_in_file(file, summary_begin):
             if opcode in (Opcode.SCHEMA, Opcode.CHANNEL):
                 definitions.append((opcode, begin, end))
@@ -262,12 +276,16 @@ class McapBag:
             self._warn_of_damage(part, str(error))
             return b""
 
-    def _parse_record(self, kind: type, file: BinaryIO, begin: int, end: int) -> object:
+    def _parse_record(
+        self, kind: type[_Record], file: BinaryIO, begin: int, end: int
+    ) -> _Record | None:
         """Return a record; None, with a warning, of one that is damaged."""
         try:
             if end - begin > LARGEST_UNPACKED:
                 raise ValueError(f"it is longer than {LARGEST_UNPACKED >> 20} MiB")
-            return kind.read(_stream(_content(file, begin, end)))
+            # The base class does not say that each of them reads a record of its own kind.
+            read: Callable[[ReadDataStream], _Record] = kind.read  # type: ignore[attr-defined]
+            return read(_stream(_content(file, begin, end)))
         except _MCAP_ERRORS as error:
             _log.warning(
                 "%s: skipping the damaged %s at byte %d (%s)",
@@ -298,7 +316,7 @@ class McapBag:
                 "messages are read without it",
                 self._name,
             )
-        return holds
+        return bool(holds)
 
     def _compare(self, said: Statistics | None) -> None:
         """Warn if messages are missing, or of unknown kind."""

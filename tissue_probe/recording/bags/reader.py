@@ -8,7 +8,6 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Collection, Iterator
 from pathlib import Path
-from typing import Any
 
 from tissue_probe.recording.bags import decoding
 from tissue_probe.recording.bags.bag import Bag, RawMessage, Topic, by_log_time
@@ -157,7 +156,7 @@ def _namespace(topic: Topic) -> str:
 
 
 def _estimates(bag: Bag, path: object, topic: Topic) -> dict[str, TissueEstimates]:
-    rows: dict[str, list[tuple[Any, ...]]] = {}
+    rows: dict[str, list[decoding.EstimateRow]] = {}
     messages = by_log_time(bag, [topic.name])
     for row in Decoder(topic, path).decode_sound(messages, decoding.estimate_row):
         rows.setdefault(row[0], []).append(row)

@@ -14,7 +14,7 @@ from tissue_probe.recording.bags.decoding import Decoder
 from tissue_probe.recording.columns.source import Progress
 from tissue_probe.recording.errors import RecordingError
 from tissue_probe.recording.robot.adapter import Adapter
-from tissue_probe.recording.robot.settings import RobotSettings
+from tissue_probe.recording.robot.settings import RobotDescription
 from tissue_probe.signals import Recording, SampleBlock, join
 
 MESSAGES_TOGETHER = 4096
@@ -23,7 +23,7 @@ and as many wait in memory."""
 
 
 def read_robot_bag(
-    bag: Bag, path: Path, settings: RobotSettings, progress: Progress = lambda share: None
+    bag: Bag, path: Path, settings: RobotDescription, progress: Progress = lambda share: None
 ) -> tuple[Recording, tuple[str, ...]]:
     """Return the samples that the node makes of the same messages, bit for bit, and notes.
 
@@ -33,7 +33,7 @@ def read_robot_bag(
         Of ROS 1 or 2.
     path : path
         Its name in messages.
-    settings : RobotSettings
+    settings : RobotDescription
         By which the node ran, or would.
     progress : callable
         Told the share that is read, from 0 to 1.
@@ -61,7 +61,7 @@ def read_robot_bag(
 
 
 def _blocks(
-    bag: Bag, path: Path, adapter: Adapter, settings: RobotSettings, progress: Progress
+    bag: Bag, path: Path, adapter: Adapter, settings: RobotDescription, progress: Progress
 ) -> Iterator[SampleBlock]:
     """Yield samples as they become known; messages come in the order of their log times."""
     pose = "sensor_msgs/msg/JointState" if settings.joint else "geometry_msgs/msg/PoseStamped"

@@ -16,7 +16,7 @@ from tissue_probe.recording.bags.definitions import message_definition, share_fo
 from tissue_probe.recording.writing.writer import McapWriter
 from tissue_probe.signals import NANOSECONDS, PalpationSite, SampleBlock
 
-TOPIC, SITES_TOPIC = "/probe/samples", "/probe/palpation_site"
+SAMPLES_TOPIC, SITES_TOPIC = "/probe/samples", "/probe/palpation_site"
 SAMPLES_IN_MESSAGE = 100
 """Samples in one message."""
 
@@ -51,7 +51,7 @@ def write_samples_bag(
     for name, definition in definitions.items():
         store.register(get_types_from_msg(definition, name))
     blocks = [blocks] if isinstance(blocks, SampleBlock) else blocks
-    entries = [(TOPIC, SAMPLES, *each) for each in _samples(store.types, blocks)]
+    entries = [(SAMPLES_TOPIC, SAMPLES, *each) for each in _samples(store.types, blocks)]
     entries += [(SITES_TOPIC, SITE, site.stamp, _site(store.types, site)) for site in sites]
     with McapWriter(path, {}) as writer:
         topics = {topic: name for topic, name, *_ in entries}

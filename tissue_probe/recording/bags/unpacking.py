@@ -18,7 +18,7 @@ LARGEST_UNPACKED = 256 * 2**20
 """Most that one chunk or message may unpack to [bytes]. A writer holds a chunk in memory until it
 is full, 1 to 4 MiB as writers come; so does a reader."""
 
-TOTAL, RATIO = 4 * 2**30, 200
+TOTAL, LARGEST_RATIO = 4 * 2**30, 200
 """Most that a file may unpack to: so many bytes, or so many times its size if that is more.
 Messages differ at least in their times, of which no packing leaves much less than a hundredth."""
 
@@ -169,7 +169,7 @@ class Budget:
 
     def __init__(self, path: Path, name: object = None) -> None:
         self._name = name or path
-        self._most = max(TOTAL, RATIO * path.stat().st_size)
+        self._most = max(TOTAL, LARGEST_RATIO * path.stat().st_size)
         self._left = self._most
 
     def spend(self, size: int) -> None:

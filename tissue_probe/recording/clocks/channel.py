@@ -14,7 +14,7 @@ from typing import NamedTuple
 
 from tissue_probe.signals import LONGEST_SILENCE, NANOSECONDS
 
-REACH = 2.5
+SILENT_PERIODS = 2.5
 """Between messages further apart than so many periods nothing is known; one that is lost is
 bridged, as in ``even_grid.interpolate``."""
 
@@ -66,7 +66,7 @@ class Fault:
     sentence: str
 
 
-class Channel:
+class MessageChannel:
     """Takes the messages of a topic in the order they come, and keeps the usable ones.
 
     Parameters
@@ -117,7 +117,8 @@ class Channel:
             self.leave_out("hanging", "repeats one value to the last bit: does its sensor hang?")
             return
         if self._doubted is not None:
-            self._settle(entry)
+            doubted, self._doubted = self._doubted, None
+            self._settle(doubted, entry)
         if self.latest is None or abs(stamp - self.latest.stamp) > LONGEST_SILENCE:
             self._doubted = entry  # the next message tells whether time goes on from here
         else:
@@ -132,9 +133,8 @@ class Channel:
             return False
         return any(entry.row) and entry.stamp - same.stamp > LONGEST_SILENCE
 
-    def _settle(self, entry: ChannelEntry) -> None:
-        """Use the message that was doubted, unless this one goes on from those before it."""
-        doubted, self._doubted = self._doubted, None
+    def _settle(self, doubted: ChannelEntry, entry: ChannelEntry) -> None:
+        """Use a message that was doubted, unless the next one goes on from those before it."""
         stray = (
             entry.stamp <= doubted.stamp
             if self.latest is None
@@ -161,7 +161,7 @@ class Channel:
                 said = f"jumps by {1e3 * way:.3g} mm in {step / 1e6:.3g} ms: a new run begins"
                 self.leave_out("jumps", said)
                 piece = self._begin(Piece(piece.clock, piece.jumps + 1))
-            elif step > REACH * self.period:
+            elif step > SILENT_PERIODS * self.period:
                 said = f"has no message for {step / NANOSECONDS:.3g} s by its stamps"
                 self.leave_out("holes", said)
                 piece = self._begin(Piece(piece.clock, piece.jumps))

@@ -16,7 +16,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from tissue_probe.signals import NANOSECONDS, BoolArray, FloatArray, IntArray
+from tissue_probe.signals import NANOSECONDS, FloatArray, IntArray
 
 SHIFT_WORTH_TELLING = 1_000_000
 """Shifts in time that matter [ns]: T between force and position shifts the damping by k T, 1 ms at
@@ -126,11 +126,11 @@ def correct_clocks(name: str, logged: IntArray, stamped: IntArray | None) -> Clo
     stamped : array, shape (n,), optional
         The stamps in its headers [ns].
     """
+    notes: list[str] = []
     if stamped is None:
         times, setbacks, places = _without_setbacks(logged)
-        notes = _tell_setbacks(name, setbacks, logged, places)
+        notes += _tell_setbacks(name, setbacks, logged, places)
         return _order_messages(name, times, logged, setbacks, places, [], notes, stamped=False)
-    notes: list[str] = []
     stamps = _unroll_counter(name, stamped, logged, notes)
     stamps, steps, known, doubt = _without_steps(name, stamps, logged, notes)
     times, setbacks, places = _without_setbacks(stamps)
@@ -161,7 +161,8 @@ def onto_recorder(clock: ClockedTimes, drift: float | None = None) -> ClockedTim
     def move_times(times: IntArray) -> IntArray:
         shift = (times - clock.times[0]) * (clock.drift if drift is None else drift)
         shift = shift + (clock.least_delay if drift is None else 0.0)
-        return times + np.rint(shift).astype(np.int64)
+        found: IntArray = times + np.rint(shift).astype(np.int64)
+        return found
 
     return replace(clock, times=move_times(clock.times), cuts=move_times(clock.cuts), drift=0.0)
 
@@ -171,7 +172,7 @@ def space_evenly(clock: ClockedTimes, name: str, logged: IntArray, rate: float) 
 
     Their drift is that of the recorder's clock against this rate.
     """
-    even = np.arange(logged.size) * (NANOSECONDS / rate)
+    even = np.arange(logged.size, dtype=float) * (NANOSECONDS / rate)
     delays = logged - logged[0] - even
     drift, error = _slope(even, delays)
     begin = int(np.quantile(delays, LEAST_QUANTILE)) + int(logged[0])
@@ -424,8 +425,8 @@ def _rows_in_order(
     return rows
 
 
-def _is_ticked(times: IntArray) -> BoolArray:
-    return times.size > 1 and np.mean(np.diff(times) == 0) > TICKED
+def _is_ticked(times: IntArray) -> bool:
+    return times.size > 1 and bool(np.mean(times[1:] == times[:-1]) > TICKED)
 
 
 def _spread(times: IntArray, tick: float) -> tuple[IntArray, bool]:

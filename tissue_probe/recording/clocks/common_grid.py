@@ -9,7 +9,7 @@ from bisect import bisect_left
 
 import numpy as np
 
-from tissue_probe.recording.clocks.channel import Channel, Piece
+from tissue_probe.recording.clocks.channel import MessageChannel, Piece
 from tissue_probe.recording.clocks.local_cubic import local_cubic
 from tissue_probe.signals import NANOSECONDS, FloatArray, SampleBlock, begin_anew
 
@@ -38,7 +38,7 @@ class CommonGrid:
         How many there were so far.
     """
 
-    def __init__(self, period: int, position: Channel, force: Channel) -> None:
+    def __init__(self, period: int, position: MessageChannel, force: MessageChannel) -> None:
         self._period = period
         self._position, self._force = position, force
         self._next = 0

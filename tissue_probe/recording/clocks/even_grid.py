@@ -17,7 +17,7 @@ from tissue_probe.recording.columns.source import row_place
 from tissue_probe.recording.errors import RecordingError
 from tissue_probe.signals import NANOSECONDS, FloatArray, IntArray, SampleBlock
 
-GAP, RARE = 1.5, 5.0
+GAP, RARE_GAP = 1.5, 5.0
 """Steps in time longer than the first are gaps, shorter ones jitter [periods]; or longer than so
 many standard deviations of the steps, where these jitter more: white jitter is so in one of three
 million."""
@@ -36,7 +36,7 @@ WHOLE = 0.1
 """Steps as near as this to several whole periods are none of these: samples are missing [periods].
 """
 
-ODD, FEW = 0.02, 0.01
+ODD, FEW_ODD = 0.02, 0.01
 """Steps off by more than so many periods do not count in the period where they are so few."""
 
 MOST_EVEN_TIMES = 32
@@ -163,7 +163,7 @@ def even_grid(
         return _of_several_rates(time, steps, inside, there, where)
     rows = _parts(inside)
     odd = (np.abs(_ratio(steps, usual, 1.0)) > ODD)[inside]
-    few = 0.0 < odd.mean() < FEW
+    few = 0.0 < odd.mean() < FEW_ODD
     period = float(np.mean(steps[inside][~odd])) if few else _period(time, rows)
     jitter = max(_jitter(time[part], period) for part in rows)
     even = jitter <= max(_measure_rounding(time), NEGLIGIBLE * period)
@@ -287,7 +287,8 @@ def _after_jumps(time: FloatArray, values: FloatArray) -> IntArray:
     # White noise of variance 1 has second differences of variance 6, and steps of variance 2.
     noise = NORMAL * float(np.median(np.abs(np.diff(steps)))) / np.sqrt(6.0)
     found = jumps(steps / np.diff(time))
-    return found[np.abs(steps[found - 1]) > RARE * np.sqrt(2.0) * noise]
+    result: IntArray = found[np.abs(steps[found - 1]) > RARE_GAP * np.sqrt(2.0) * noise]
+    return result
 
 
 def sample_blocks(
@@ -319,7 +320,7 @@ def longest_step(steps: FloatArray, usual: float | FloatArray) -> float:
         The period [s], or that about each step.
     """
     jitter = NORMAL * float(np.median(_off(steps, usual) / usual))
-    return max(GAP, 1.0 + RARE * jitter)
+    return max(GAP, 1.0 + RARE_GAP * jitter)
 
 
 def _check(time: FloatArray, where: str, place: Callable[[int], str]) -> None:
@@ -400,8 +401,8 @@ def _measure_rounding(time: FloatArray) -> float:
     ]
     for digits in range(10):
         if all(np.abs(own - np.round(own, digits)).max() <= precision for own in pieces):
-            return 0.75 * 10.0**-digits + precision
-    return precision
+            return float(0.75 * 10.0**-digits + precision)
+    return float(precision)
 
 
 def _spans(time: FloatArray, rows: list[slice], period: float, even: bool) -> Iterator[Span]:
@@ -433,6 +434,6 @@ def _places(own: FloatArray, period: float) -> IntArray:
 
 def consecutive(count: int, period: float) -> EvenGrid:
     """Return the grid of samples one after the other, the first at time 0."""
-    times = np.arange(count) * period
+    times = np.arange(count, dtype=float) * period
     whole = Span(slice(0, count), 0, times, np.arange(count))
     return EvenGrid(period, (whole,), even=True, notes=())

@@ -18,7 +18,7 @@ COARSE_STEPS = 2.5
 """Changes larger than so many of the channel's own steps are not those of a coarse converter, which
 repeats a value only where the signal moves less than a step or two between samples."""
 
-BY_CHANCE = 3.0
+REPEATED_BY_CHANCE = 3.0
 """A held channel repeats values more often than so many times the number by chance for its steps.
 """
 
@@ -26,7 +26,7 @@ REGULAR = 0.95
 """Share of values that are held about equally long, as a clock makes them; a sensor at its end, or
 a signal at rest, holds few values for long."""
 
-BY_ACCIDENT, FOLLOWS = 30.0, 0.75
+BY_ACCIDENT, FOLLOWS_SIGNAL = 30.0, 0.75
 """The input is felt where it changes. A motion of the other channel after a change, which its past
 does not foretell, follows the change: by a sum of squares so many times the variance of the
 forecast's error elsewhere (5.5 standard deviations), and by this share of its own sum of squares.
@@ -76,7 +76,7 @@ def _is_held(fresh: BoolArray, changes: FloatArray) -> bool:
     if usual > 2:  # a fresh value may be equal to the last
         regular |= np.abs(runs - usual * np.rint(runs / usual)) <= 1
     return bool(
-        repeats > BY_CHANCE * by_chance
+        repeats > REPEATED_BY_CHANCE * by_chance
         and np.count_nonzero(runs > 1) >= REPEATED * runs.size
         and np.mean(regular) >= REGULAR
     )
@@ -129,4 +129,4 @@ def _follows(changes: FloatArray, rows: IntArray, other: FloatArray, ahead: int)
     after, change = unforetold[own], changes[places[own]]
     explained = np.dot(after, change) ** 2 / np.dot(change, change)
     chance = np.mean(unforetold[undisturbed] ** 2)
-    return bool(explained > max(BY_ACCIDENT * chance, FOLLOWS * np.dot(after, after)))
+    return bool(explained > max(BY_ACCIDENT * chance, FOLLOWS_SIGNAL * np.dot(after, after)))

@@ -83,7 +83,7 @@ def _between(block: SampleBlock, begin: int, end: int) -> SampleBlock | None:
     return block[first:stop] if first < stop else None
 
 
-def known_stretches(block: SampleBlock) -> tuple[list[Stretch], int]:
+def cut_known(block: SampleBlock) -> tuple[list[Stretch], int]:
     """Cut a block where position or force is not known for more than 3 samples in a row.
 
     Fewer are filled in by a cubic spline; how many is returned beside the stretches, each of

@@ -86,9 +86,11 @@ def by_one_clock(
             notes.append(_by_the_recorder(force, position, *both))
         both = [onto_recorder(each) for each in both]
     else:
-        both, said = _join_stamps(path, force, position, *both, clock)
+        f, u = both
+        both, said = _join_stamps(path, force, position, f, u, clock)
         notes += said
-    return *both, _cuts(*both), notes
+    f, u = both
+    return f, u, _cuts(f, u), notes
 
 
 def _cuts(f: ClockedTimes, u: ClockedTimes) -> IntArray:
@@ -174,7 +176,8 @@ def _moved_on(clock: ClockedTimes, more: IntArray) -> ClockedTimes:
     begins = clock.cuts[clock.setback_cuts]
 
     def move_times(times: IntArray) -> IntArray:
-        return times + (more * (times[:, None] >= begins)).sum(axis=1)
+        found: IntArray = times + (more * (times[:, None] >= begins)).sum(axis=1)
+        return found
 
     return replace(clock, times=move_times(clock.times), cuts=move_times(clock.cuts))
 

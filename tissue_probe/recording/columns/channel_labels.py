@@ -19,7 +19,7 @@ from tissue_probe.recording.errors import RecordingError
 from tissue_probe.signals import NANOSECONDS
 
 LABVIEW_MARK = "LabVIEW Measurement"
-TIMES, COMMENTS = "X_Value", "Comment"
+LABVIEW_TIMES, LABVIEW_COMMENTS = "X_Value", "Comment"
 
 Tags = Mapping[str, Sequence[str]]
 """Cells behind each tag of a header."""
@@ -53,23 +53,27 @@ class ChannelLabels:
         if not self.tags:
             return names
         if self._x_columns == "No":
-            return tuple("" if name == TIMES else name for name in names)
-        if names.count(TIMES) < 2:
+            return tuple("" if name == LABVIEW_TIMES else name for name in names)
+        if names.count(LABVIEW_TIMES) < 2:
             return names
         return tuple(
-            f"{TIMES} ({names[place + 1]})" if name == TIMES and place + 1 < len(names) else name
+            f"{LABVIEW_TIMES} ({names[place + 1]})"
+            if name == LABVIEW_TIMES and place + 1 < len(names)
+            else name
             for place, name in enumerate(names)
         )
 
     @property
     def channels(self) -> tuple[str, ...]:
         """Names of the channels, in the order of their labels."""
-        return tuple(n for n in self.found.names if n and n not in (TIMES, COMMENTS))
+        return tuple(
+            n for n in self.found.names if n and n not in (LABVIEW_TIMES, LABVIEW_COMMENTS)
+        )
 
     @property
     def clocks(self) -> dict[str, str]:
         """The column of times of each channel, where each has its own."""
-        own = {name: f"{TIMES} ({name})" for name in self.channels}
+        own = {name: f"{LABVIEW_TIMES} ({name})" for name in self.channels}
         return {name: clock for name, clock in own.items() if clock in self.names}
 
     @property
@@ -80,7 +84,7 @@ class ChannelLabels:
     @property
     def periods(self) -> dict[str, float]:
         """The time between two samples of each channel, where no column tells times [s]."""
-        if TIMES in self.names or self.clocks:
+        if LABVIEW_TIMES in self.names or self.clocks:
             return {}
         return self._numbers(self.tags, "Delta_X")
 
@@ -92,7 +96,7 @@ class ChannelLabels:
             return starts
         offsets = self._numbers(self.tags, "X0")
         starts = {name: start + offsets.get(name, 0.0) for name, start in starts.items()}
-        if TIMES not in self.names:
+        if LABVIEW_TIMES not in self.names:
             return starts
         if (
             len(set(starts.values())) > 1
@@ -100,7 +104,7 @@ class ChannelLabels:
         ):
             raise RecordingError(
                 f"{self.path}: its header says that channels begin or are sampled at other times "
-                f"than each other, and {TIMES} tells one time for all; write the file with "
+                f"than each other, and {LABVIEW_TIMES} tells one time for all; write the file with "
                 "X_Columns Multi"
             )
         return {}

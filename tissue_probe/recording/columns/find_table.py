@@ -9,7 +9,7 @@ testing machine, of LabVIEW or of a spreadsheet are one case, and none is known 
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 from itertools import groupby
 
@@ -133,7 +133,12 @@ def _count_explained(row: Row, decimal: str) -> int:
     )
 
 
-def find_table(path: str, rows: Sequence[Row], decimal: str, splits=()) -> FoundTable:
+def find_table(
+    path: str,
+    rows: Sequence[Row],
+    decimal: str,
+    splits: Sequence[Callable[[str], tuple[str, ...]]] = (),
+) -> FoundTable:
     """Find the table.
 
     Parameters
@@ -162,9 +167,9 @@ def find_table(path: str, rows: Sequence[Row], decimal: str, splits=()) -> Found
     if not above:
         _refuse_misfit(path, rows, best, decimal)
         names = tuple(str(number + 1) for number in range(best.width))
-        told = tuple(_preamble(rows, best.first, decimal))
-        return FoundTable(best.first, best.width, names, (), (), False, told)
-    texts = tuple(row.cells for row in above)
+        before = tuple(_preamble(rows, best.first, decimal))
+        return FoundTable(best.first, best.width, names, (), (), False, before)
+    texts = tuple(tuple(map(str, row.cells)) for row in above)
     unit_row = _unit_row(texts)
     at = len(texts) - 1 if unit_row is None else unit_row - 1
     named = _find_filled(texts, rows, best)
@@ -196,7 +201,12 @@ def _preamble(rows: Sequence[Row], place: int, decimal: str) -> Iterator[str]:
             yield f"another table, in lines {first} to {last}, is not read"
 
 
-def _with_those_before(rows: Sequence[Row], best: NumericRows, decimal: str, splits) -> NumericRows:
+def _with_those_before(
+    rows: Sequence[Row],
+    best: NumericRows,
+    decimal: str,
+    splits: Sequence[Callable[[str], tuple[str, ...]]],
+) -> NumericRows:
     """Begin where the table begins: text does not end it where its header comes again below."""
     for run in reversed(list(_runs(rows[: best.first], decimal))):
         if _has_labels(rows[run.first], decimal) and not _has_labels(rows[best.first], decimal):
@@ -226,7 +236,12 @@ def _has_labels(row: Row, decimal: str) -> bool:
     return CellKind.TEXT in row.kinds(decimal)
 
 
-def _above(rows: Sequence[Row], run: NumericRows, decimal: str, splits) -> list[Row]:
+def _above(
+    rows: Sequence[Row],
+    run: NumericRows,
+    decimal: str,
+    splits: Sequence[Callable[[str], tuple[str, ...]]],
+) -> list[Row]:
     """Return the rows that name a run's columns, from the top."""
     found: list[Row] = []
     for row in reversed(rows[: run.first]):
@@ -252,7 +267,9 @@ def _above(rows: Sequence[Row], run: NumericRows, decimal: str, splits) -> list[
     return found
 
 
-def fit_row(row: Row, width: int, splits=()) -> tuple[str, ...] | None:
+def fit_row(
+    row: Row, width: int, splits: Sequence[Callable[[str], tuple[str, ...]]] = ()
+) -> tuple[str, ...] | None:
     """Return a row's texts if it has a cell for each column, in one of the ways to cut it."""
     for cells in (row.cells, *(split(row.text) for split in splits if row.text)):
         texts = [str(cell).strip() for cell in cells]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -11,6 +12,9 @@ from tissue_probe.recording.columns.arrays import NUMBER_KINDS, array_column, ar
 from tissue_probe.recording.columns.bounds import check_rows
 from tissue_probe.recording.columns.source import Columns, Loaded, Progress
 from tissue_probe.recording.errors import RecordingError
+
+if TYPE_CHECKING:
+    from h5py import AttributeManager, Dataset
 
 _WRONG = (OSError, RuntimeError, ValueError, KeyError, TypeError)
 
@@ -63,7 +67,7 @@ def open_hdf5(path: Path, matlab: bool = False) -> Columns:
     return Columns(path, tuple(places), load, units)
 
 
-def _unit(attributes) -> str:
+def _unit(attributes: AttributeManager) -> str:
     """Return the unit that a dataset's attributes tell; nothing where they tell none."""
     told = next((attributes[k] for k in attributes if k.casefold() in ("units", "unit")), "")
     if isinstance(told, np.ndarray) and told.size == 1:
@@ -75,7 +79,7 @@ def _name_kind(matlab: bool) -> str:
     return "a MATLAB file" if matlab else "an HDF5 file"
 
 
-def _column(path: Path, dataset, name: str, matlab: bool) -> np.ndarray:
+def _column(path: Path, dataset: Dataset, name: str, matlab: bool) -> np.ndarray:
     check_rows(path, dataset.size)
     array = dataset[()]
     column = array_column(array.T if matlab and array.ndim > 1 else array, name)

@@ -4,12 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from tissue_probe.recording.columns.bounds import check_rows
 from tissue_probe.recording.columns.source import Columns, Loaded, Progress
 from tissue_probe.recording.errors import RecordingError
+
+if TYPE_CHECKING:
+    import pyarrow
+    from pyarrow.parquet import ParquetFile
 
 _PIECE = 2**20  # bytes of a column that are read at a time
 
@@ -42,7 +47,7 @@ def open_parquet(path: Path) -> Columns:
     return Columns(path, tuple(file.schema_arrow.names), load, _units(file.schema_arrow))
 
 
-def _units(schema) -> dict[str, str]:
+def _units(schema: pyarrow.Schema) -> dict[str, str]:
     """Return the units that the metadata of fields tell, as ``unit`` or ``units``."""
     told = {
         field.name: {key.lower(): value for key, value in (field.metadata or {}).items()}
@@ -52,17 +57,18 @@ def _units(schema) -> dict[str, str]:
     return {name: unit.decode(errors="replace") for name, unit in units.items() if unit}
 
 
-def _column(path: Path, file, name: str) -> np.ndarray:
+def _column(path: Path, file: ParquetFile, name: str) -> np.ndarray:
     """Read a column piece by piece, so that it is in memory once."""
     import pyarrow
 
     kind = file.schema_arrow.field(name).type
+    dtype: np.dtype[Any] | None
     if pyarrow.types.is_timestamp(kind):
-        into, dtype = pyarrow.timestamp("ns"), "datetime64[ns]"
+        into, dtype = pyarrow.timestamp("ns"), np.dtype("datetime64[ns]")
     elif pyarrow.types.is_integer(kind):
         into, dtype = None, None
     else:
-        into, dtype = pyarrow.float64(), np.float64
+        into, dtype = pyarrow.float64(), np.dtype(np.float64)
     rows = file.metadata.num_rows
     texts = pyarrow.types.is_string(kind) or pyarrow.types.is_large_string(kind)
     whole: np.ndarray | None = np.empty(rows, dtype=object if texts else dtype) if dtype else None

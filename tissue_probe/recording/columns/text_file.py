@@ -17,13 +17,14 @@ from copy import deepcopy
 from dataclasses import dataclass, replace
 from itertools import islice
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from tissue_probe.recording.columns import cells
 from tissue_probe.recording.columns.blocks import Blocks
 from tissue_probe.recording.columns.bounds import check_rows
-from tissue_probe.recording.columns.cells import CellKind
+from tissue_probe.recording.columns.cells import Cell, CellKind
 from tissue_probe.recording.columns.channel_labels import ChannelLabels, channel_labels
 from tissue_probe.recording.columns.find_table import (
     FoundTable,
@@ -34,6 +35,9 @@ from tissue_probe.recording.columns.find_table import (
 )
 from tissue_probe.recording.columns.source import Columns, Loaded, Progress
 from tissue_probe.recording.errors import RecordingError
+
+if TYPE_CHECKING:
+    import pyarrow
 
 SEPARATORS = {",": "commas", ";": "semicolons", "\t": "tabs", "|": "bars", " ": "blanks"}
 """The separators of cells."""
@@ -162,7 +166,7 @@ def _texts(path: Path, encoding: str, size: int, progress: Progress) -> Iterator
         yield rest + ("\n" if ended else "")
 
 
-def _numbers(array) -> np.ndarray:
+def _numbers(array: pyarrow.Array) -> np.ndarray:
     """Return a copy of pyarrow's array; NaN where it is null.
 
     Not by ``to_numpy``, which imports pandas where that is installed: half a second.
@@ -381,7 +385,7 @@ class _Reading:
         return columns
 
     def _line_by_line(self, text: str, above: int, before: int) -> list[np.ndarray]:
-        found: list[list] = [[] for _ in self._names]
+        found: list[list[Cell]] = [[] for _ in self._names]
         for line, each in enumerate(text.split("\n")[:-1], above + 1):
             try:
                 row = Row(line, self._dialect.split(each), each)
@@ -402,7 +406,7 @@ class _Reading:
         except ValueError as error:
             raise RecordingError(f"{self._path}: '{error}' is no time as the first is") from None
 
-    def _number(self, row: Row, name: str, cell: str) -> float | int:
+    def _number(self, row: Row, name: str, cell: Cell) -> float | int:
         try:
             return cells.number(cell, self._dialect.decimal)
         except ValueError:

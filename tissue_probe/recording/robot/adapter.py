@@ -8,10 +8,10 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
-from tissue_probe.recording.clocks.channel import Channel
+from tissue_probe.recording.clocks.channel import MessageChannel
 from tissue_probe.recording.clocks.common_grid import CommonGrid
 from tissue_probe.recording.robot.pressing import Pressing, Vector
-from tissue_probe.recording.robot.settings import RobotSettings
+from tissue_probe.recording.robot.settings import RobotDescription
 from tissue_probe.signals import NANOSECONDS, SampleBlock, sound_stamp
 
 
@@ -23,7 +23,7 @@ class Adapter:
 
     Parameters
     ----------
-    settings : RobotSettings
+    settings : RobotDescription
         The user's statements on the robot.
 
     Attributes
@@ -38,11 +38,11 @@ class Adapter:
         Names heard on the position's topic, where it is one of joints.
     """
 
-    def __init__(self, settings: RobotSettings) -> None:
+    def __init__(self, settings: RobotDescription) -> None:
         self._joint = settings.joint
         self.pressing = Pressing(settings)
-        self.position = Channel(settings.position, settings.position_rate, settings.fastest)
-        self.force = Channel(settings.force, settings.force_rate, hangs=True)
+        self.position = MessageChannel(settings.position, settings.position_rate, settings.fastest)
+        self.force = MessageChannel(settings.force, settings.force_rate, hangs=True)
         self.grid = CommonGrid(round(NANOSECONDS / settings.force_rate), self.position, self.force)
         self._frames = {
             self.position.name: settings.position_frame,
@@ -70,7 +70,7 @@ class Adapter:
 
     def _take(
         self,
-        channel: Channel,
+        channel: MessageChannel,
         message: Any,
         values: Callable[[Any], tuple[Vector, Vector]],
         *,

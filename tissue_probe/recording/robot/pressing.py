@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 
-from tissue_probe.recording.robot.settings import ROUNDING, RobotSettings
+from tissue_probe.recording.robot.settings import UNIT_ROUNDING, RobotDescription
 from tissue_probe.settings import SettingsError
 
 Vector = tuple[float, ...]
@@ -35,7 +35,7 @@ class Pressing:
         If the polarity of the force is not stated: the parameters of a robot are complete with it.
     """
 
-    def __init__(self, settings: RobotSettings) -> None:
+    def __init__(self, settings: RobotDescription) -> None:
         self._settings = settings
         self._axis = _unit(settings.axis)
         self._of_wrench = _unit(settings.force_rotation)
@@ -63,7 +63,7 @@ class Pressing:
             raise ValueError("is not finite")
         axis = along = self._axis
         if self._turns:
-            if not abs(math.hypot(*orientation) - 1.0) <= ROUNDING:
+            if not abs(math.hypot(*orientation) - 1.0) <= UNIT_ROUNDING:
                 raise ValueError("has an orientation that is none: a quaternion has length 1")
             turn = _unit(orientation)
             if self._settings.axis_frame == "tool":
@@ -106,7 +106,7 @@ class Pressing:
         return tuple(self._sign * each for each in _turn_vector(force, self._of_wrench))
 
 
-def _sign(settings: RobotSettings) -> float:
+def _sign(settings: RobotDescription) -> float:
     """Return the factor that makes a force along the axis positive in compression."""
     if not settings.force_polarity:
         raise SettingsError(

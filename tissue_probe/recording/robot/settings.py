@@ -19,10 +19,10 @@ from tissue_probe.settings import SettingsError, build, setting
 #: Numbers in a list, from any kind of array that ROS has.
 Numbers = Annotated[list[float], BeforeValidator(list)]
 #: By how much the length of an axis or quaternion may differ from 1: that of written digits.
-ROUNDING = 1e-3
+UNIT_ROUNDING = 1e-3
 
 
-class RobotSettings(BaseModel):
+class RobotDescription(BaseModel):
     """Which topics, in which frames, and which way the robot presses."""
 
     position: str = setting(
@@ -89,7 +89,7 @@ class RobotSettings(BaseModel):
     )
 
     @model_validator(mode="after")
-    def _go_together(self) -> RobotSettings:
+    def _go_together(self) -> RobotDescription:
         _check_length("axis", self.axis, 3)
         _check_length("force_rotation", self.force_rotation, 4)
         count = 1 if self.joint else 3
@@ -105,11 +105,11 @@ class RobotSettings(BaseModel):
 
 
 def _check_length(name: str, values: list[float], count: int) -> None:
-    if len(values) != count or not abs(math.hypot(*values) - 1.0) <= ROUNDING:
+    if len(values) != count or not abs(math.hypot(*values) - 1.0) <= UNIT_ROUNDING:
         raise ValueError(f"{name} is {values}: give {count} numbers whose squares add up to 1")
 
 
-def read_settings(path: str | Path) -> RobotSettings:
+def read_settings(path: str | Path) -> RobotDescription:
     """Read the parameters of the node ``adapter`` from a ROS parameter file.
 
     Raises
@@ -125,13 +125,13 @@ def read_settings(path: str | Path) -> RobotSettings:
     except YamlError as error:
         raise RecordingError(f"{path} {error}") from None
     # Other parameters of the node (``frame_id``) mean nothing off line.
-    values = {k: v for k, v in _of_adapter(content).items() if k in RobotSettings.model_fields}
+    values = {k: v for k, v in _of_adapter(content).items() if k in RobotDescription.model_fields}
     if not values:
         raise RecordingError(
             f"{path} has no parameters of the node adapter; give the file by which it is started"
         )
     try:
-        return build(RobotSettings, values, f"{path}: ")
+        return build(RobotDescription, values, f"{path}: ")
     except SettingsError as error:
         raise RecordingError(str(error)) from None
 

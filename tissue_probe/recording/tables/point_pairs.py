@@ -11,7 +11,7 @@ from tissue_probe.recording.tables.quantity_columns import read_quantities
 from tissue_probe.recording.units import POSITION_UNITS
 from tissue_probe.signals import FloatArray
 
-NEEDED, OPTIONAL = ("x", "y", "X", "Y"), ("z", "Z")
+PAIR_COLUMNS, PAIR_HEIGHTS = ("x", "y", "X", "Y"), ("z", "Z")
 
 
 def read_pairs(columns: Columns) -> dict[str, FloatArray]:
@@ -22,8 +22,8 @@ def read_pairs(columns: Columns) -> dict[str, FloatArray]:
     RecordingError
         If a needed column is missing, or one holds no numbers, or there is z without Z.
     """
-    units = dict.fromkeys((*NEEDED, *OPTIONAL), POSITION_UNITS)
-    found = read_quantities(columns, units, NEEDED, any_case=False)
+    units = dict.fromkeys((*PAIR_COLUMNS, *PAIR_HEIGHTS), POSITION_UNITS)
+    found = read_quantities(columns, units, PAIR_COLUMNS, any_case=False)
     if "z" in found and "Z" not in found:
         raise RecordingError(f"{columns.path} has a column z, but no Z: give both, or Z, or none")
     return found

@@ -19,7 +19,7 @@ from tissue_probe.recording.units import (
     POSITION_UNITS,
     TIME_UNITS,
     VELOCITY_UNITS,
-    spelt,
+    spell_unit,
     split_unit,
     unit_size,
 )
@@ -260,7 +260,7 @@ def _units(source: Columns, layout: Layout, names: dict[str, str]) -> dict[str, 
             _refuse_unknown_unit(source, role, name)
         unit = stated[role] or _unit(source, role, name)
         if unit is not None:
-            units[role] = spelt(unit)
+            units[role] = spell_unit(unit)
             unit_size(unit, _ROLE_UNITS[role])
         elif role != "time":
             known = POSITION_UNITS if role == "position" else FORCE_UNITS
@@ -281,8 +281,8 @@ def _refuse_unknown_unit(source: Columns, role: str, name: str) -> None:
     named = split_unit(name, _ROLE_UNITS[role])[1]
     if (
         named
-        and spelt(told) in _ROLE_UNITS[role]
-        and _ROLE_UNITS[role][named] != _ROLE_UNITS[role][spelt(told)]
+        and spell_unit(told) in _ROLE_UNITS[role]
+        and _ROLE_UNITS[role][named] != _ROLE_UNITS[role][spell_unit(told)]
     ):
         raise RecordingError(
             f"{source.path}: column {name}, the {role}, is in {named} by its name, and in {told} "
@@ -294,7 +294,9 @@ def _refuse_unknown_unit(source: Columns, role: str, name: str) -> None:
             f"forces and ways are read here; state `{role}_unit` as a number: by the lever's "
             "length, how many newtons or metres one is"
         )
-    if told and spelt(told) not in _ROLE_UNITS[role] and ":" not in told:  # hh:mm:ss is no unit
+    if (
+        told and spell_unit(told) not in _ROLE_UNITS[role] and ":" not in told
+    ):  # hh:mm:ss is no unit
         raise RecordingError(
             f"{source.path}: column {name}, the {role}, is in '{told}' as the file says, and that "
             f"is no unit of it known here; state `{role}_unit` ({', '.join(_ROLE_UNITS[role])}"
@@ -338,7 +340,7 @@ def _list_contradictions(source: Columns, layout: Layout, names: dict[str, str])
 
 def _told_unit(source: Columns, role: str, name: str) -> str | None:
     """Return the unit that a file tells of a column; None where it tells none."""
-    if (unit := spelt(source.units.get(name, ""))) in _ROLE_UNITS[role]:
+    if (unit := spell_unit(source.units.get(name, ""))) in _ROLE_UNITS[role]:
         return unit
     return split_unit(name, _ROLE_UNITS[role])[1]
 

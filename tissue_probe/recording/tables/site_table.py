@@ -12,7 +12,7 @@ from tissue_probe.recording.units import POSITION_UNITS, STIFFNESS_UNITS, TIME_U
 from tissue_probe.signals import FloatArray
 
 #: Columns that a table of sites has.
-NEEDED = ("x", "y", "k")
+SITE_COLUMNS = ("x", "y", "k")
 #: These and those that it may have, each with its units.
 _SITE_UNITS = {
     **dict.fromkeys(("x", "y"), POSITION_UNITS),
@@ -53,4 +53,4 @@ def read_sites(columns: Columns) -> dict[str, FloatArray]:
     RecordingError
         If a needed column is missing, or one holds no numbers.
     """
-    return read_quantities(columns, _SITE_UNITS, NEEDED)
+    return read_quantities(columns, _SITE_UNITS, SITE_COLUMNS)

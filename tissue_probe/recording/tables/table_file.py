@@ -157,9 +157,9 @@ Read = tuple[Times, FloatArray, FloatArray, Callable[[int], str], list[str]]
 
 def _by_one_clock(source: Columns, found: Roles, layout: Layout, progress: Progress) -> Read:
     """Read position and force that stand in the same rows."""
-    columns, told, place, *blocks = source.read(list(found.names.values()), progress)
+    columns, told, place, blocks, begins = source.read(list(found.names.values()), progress)
     signals = dict(zip(found.names, columns, strict=True))
-    time = following_on(_times(source, found, layout, signals), *blocks)
+    time = following_on(_times(source, found, layout, signals), blocks, begins)
     said = [*source.told, *found.told, *told, *time.told]
     position = _position(source, found, layout, signals["position"], time, said)
     force = _scale_column(source, found, "force", signals["force"], layout.force_sign)
@@ -351,5 +351,5 @@ def _sites(source: Columns, time: Times) -> Iterator[PalpationSite]:
     for row in np.flatnonzero(told):
         phase = Phase.DWELL if dwells[row] else Phase.LIFTED
         stamp = time.origin + round(time.seconds[row] * NANOSECONDS)
-        place = tuple(float(column[row]) for column in places) if places else (np.nan,) * 3
-        yield PalpationSite(stamp, int(numbers[row]), place, phase)
+        x, y, z = (float(column[row]) for column in places) if places else (np.nan,) * 3
+        yield PalpationSite(stamp, int(numbers[row]), (x, y, z), phase)

@@ -4,13 +4,20 @@
 import { Connection, Refused } from "./connection.js";
 import { h } from "./elements.js";
 
+/** @typedef {import("./told.js").DeskMessage} Desk */
+/** @typedef {import("./told.js").RungMessage} Rung */
+/** @typedef {import("./told.js").RankingMessage} Ranking */
+/** @typedef {import("./connection.js").Requests} Requests */
+
 /** Everything the server tells; `null` until it has.
- * @type {{desk: any, job: any, choices: any, study: any, there: boolean}} */
+ * @type {{desk: Desk | null, job: import("./told.js").JobMessage | null,
+ *   choices: import("./told.js").ChoicesMessage | null,
+ *   study: import("./told.js").StudyMessage | null, there: boolean}} */
 export const told = { desk: null, job: null, choices: null, study: null, there: true };
 
 /** What this page shows: two pages on one desk may show different parts.
  * @type {{stage: string, rung: number | null, beside: null | {kind: "rung" | "second", rung?: number},
- *         stretch: number | null, brush: null | {axis: string, low: number, high: number},
+ *         stretch: number | null, brush: null | import("./told.js").Brush,
  *         effect: string | null, values: Record<string, number>,
  *         zoom: null | {from: number, to: number}}} */
 export const shown = {
@@ -18,14 +25,37 @@ export const shown = {
   zoom: null,
 };
 
-/** @type {Map<string, Set<(value: any) => void>>} */
+/** The desk, for what runs only once it has come. */
+export function needDesk() {
+  if (!told.desk) throw new Error("the desk has not come");
+  return told.desk;
+}
+
+/** The choices of the forms, for what runs only once they have come. */
+export function needChoices() {
+  if (!told.choices) throw new Error("the choices have not come");
+  return told.choices;
+}
+
+/**
+ * What listeners are told, by its kind: news of the server, and changes of what the page shows.
+ * @typedef {import("./connection.js").Heard & {there: boolean, stage: string,
+ *   rung: number | null | undefined, brush: typeof shown.brush, zoom: typeof shown.zoom,
+ *   effect: string | null, theme: string, values: undefined, fit: undefined, beside: undefined,
+ *   unbrush: undefined, unzoom: undefined, lines: import("./told.js").LinesMessage,
+ *   regions: {regions: import("./told.js").ProfileMessage[],
+ *     marked: import("./told.js").BrushMessage | undefined}}} Changes
+ */
+
+/** @type {Map<string, Set<(value: never) => void>>} */
 const listeners = new Map();
 
 /**
  * Be told of changes: of `desk`, `job`, `live`, `there`, or of this page's own `stage`, `rung`,
  * `brush`, `values`, `zoom`, `effect`.
- * @param {string} kind
- * @param {(value: any) => void} hear
+ * @template {keyof Changes} K
+ * @param {K} kind
+ * @param {(value: Changes[K]) => void} hear
  */
 export function on(kind, hear) {
   let known = listeners.get(kind);
@@ -34,18 +64,19 @@ export function on(kind, hear) {
 }
 
 /**
- * @param {string} kind
- * @param {any} [value]
+ * @template {keyof Changes} K
+ * @param {K} kind
+ * @param {Changes[K]} [value]
  */
 export function tell(kind, value) {
-  for (const hear of listeners.get(kind) ?? []) hear(value);
+  for (const hear of listeners.get(kind) ?? []) hear(/** @type {never} */ (value));
 }
 
 const connection = new Connection(
   (kind, value) => {
-    if (kind === "desk" || kind === "job" || kind === "choices" || kind === "study") told[kind] = value;
-    if (kind === "desk") told.job = value.job;
-    tell(kind, value);
+    if (kind === "desk" || kind === "job" || kind === "choices" || kind === "study") Object.assign(told, { [kind]: value });
+    if (kind === "desk") told.job = needDesk().job;
+    tell(kind, /** @type {never} */ (value));
   },
   (there) => {
     told.there = there;
@@ -54,8 +85,9 @@ const connection = new Connection(
 );
 
 /**
- * @param {string} name
- * @param {Record<string, any>} [more]
+ * @template {keyof Requests} N
+ * @param {N} name
+ * @param {Requests[N]} [more]
  */
 export function ask(name, more) {
   return connection.ask(name, more);
@@ -63,14 +95,15 @@ export function ask(name, more) {
 
 /**
  * Ask for something, and show why it cannot be done.
- * @param {string} name
- * @param {Record<string, any>} [more]
+ * @template {keyof Requests} N
+ * @param {N} name
+ * @param {Requests[N]} [more]
  * @param {Element | null} [form] where fields stand that the sentence may name
- * @returns {Promise<any>} the answer, or undefined
+ * @returns {Promise<import("./connection.js").Answers[N] | undefined>} the answer, or undefined
  */
 export async function act(name, more, form = null) {
   try {
-    return (await ask(name, more)).ok ?? null;
+    return (await ask(name, more)).ok;
   } catch (error) {
     refuse(error, form);
     return undefined;
@@ -139,12 +172,12 @@ export function say(sentence, well = false) {
 /** The rung that is shown: that which is chosen, or the last. */
 export function rung() {
   const rungs = told.desk?.rungs ?? [];
-  return rungs.find((/** @type {any} */ each) => each.number === shown.rung) ?? rungs.at(-1) ?? null;
+  return rungs.find((each) => each.number === shown.rung) ?? rungs.at(-1) ?? null;
 }
 
 /** @param {number | null | undefined} number */
 export function rungOf(number) {
-  return told.desk?.rungs.find((/** @type {any} */ each) => each.number === number) ?? null;
+  return told.desk?.rungs.find((each) => each.number === number) ?? null;
 }
 
 /** @param {string} stage */
@@ -153,7 +186,7 @@ export function go(stage) {
   tell("stage", stage);
 }
 
-/** @param {null | {axis: string, low: number, high: number}} range */
+/** @param {null | import("./told.js").Brush} range */
 export function brush(range) {
   shown.brush = range;
   tell("brush", range);

@@ -1,6 +1,6 @@
 // The plots of the stages Compare, Missing and Next: one column, or two side by side.
 
-import { on, rung, shown, tell, told } from "./app.js";
+import { needDesk, on, rung, shown, tell, told } from "./app.js";
 import { Column } from "./column.js";
 import { fill, h } from "./elements.js";
 
@@ -9,7 +9,7 @@ export class Charts {
   constructor() {
     this.beside = h("select", {
       "aria-label": "Beside it", title: "Beside it: another model, or the second recording",
-      onchange: (/** @type {any} */ event) => this.choose(event.target.value),
+      onchange: () => this.choose(this.beside.value),
     });
     this.clear = h("button", { type: "button", class: "tiny", hidden: true, onclick: () => tell("unbrush") }, "Clear brush");
     this.whole = h("button", { type: "button", class: "tiny", hidden: true, onclick: () => tell("unzoom") }, "Whole record");
@@ -35,7 +35,7 @@ export class Charts {
     });
     on("values", () => this.main.refresh());
     on("effect", () => this.main.refresh());
-    /** @type {number | undefined} */
+    /** @type {number | null | undefined} */
     let better;
     on("job", () => {
       const error = told.job?.rows[shown.effect ?? ""]?.rmse;
@@ -74,8 +74,8 @@ export class Charts {
     this.main.set(own.number, "fitted", stretch);
     this.options(own);
     const beside = shown.beside;
-    const rungs = told.desk.rungs;
-    const there = beside?.kind === "second" ? own.second : rungs.some((/** @type {any} */ each) => each.number === beside?.rung);
+    const { rungs } = needDesk();
+    const there = beside?.kind === "second" ? own.second : rungs.some((each) => each.number === beside?.rung);
     if (!beside || !there) {
       if (this.other) {
         this.other.element.remove();
@@ -90,20 +90,20 @@ export class Charts {
       this.element.append(this.other.element);
       this.element.classList.add("two");
     }
-    if (beside.kind === "second") this.other.set(own.number, "second", own.second.stretches.worst);
+    if (beside.kind === "second") this.other.set(own.number, "second", own.second?.stretches.worst ?? 0);
     else this.other.set(/** @type {number} */ (beside.rung), "fitted", stretch);
   }
 
-  /** @param {any} own */
+  /** @param {import("./app.js").Rung} own */
   options(own) {
     const { beside } = shown;
     fill(
       this.beside,
       h("option", { value: "" }, "nothing beside"),
       own.second && h("option", { value: "second", selected: beside?.kind === "second" }, "beside: second recording"),
-      told.desk.rungs
-        .filter((/** @type {any} */ each) => each.number !== own.number)
-        .map((/** @type {any} */ each) =>
+      needDesk().rungs
+        .filter((each) => each.number !== own.number)
+        .map((each) =>
           h("option", { value: each.number, selected: beside?.kind === "rung" && beside.rung === each.number }, `beside: ${each.title}`)),
     );
   }

@@ -1,6 +1,6 @@
 // One model beside one recording, in six linked plots: time, residual, frequency, depth, speed, phase.
 
-import { ask, brush, plain, rungOf, say, shown, told, zoom } from "./app.js";
+import { ask, brush, needDesk, plain, rungOf, say, shown, told, zoom } from "./app.js";
 import { newest, Refused } from "./connection.js";
 import { fill, h } from "./elements.js";
 import { rowsOf } from "./missing.js";
@@ -14,6 +14,7 @@ const AXES = {
   phase: { label: "phase of the cycle", unit: "°", times: 1, ticks: [-180, -90, 0, 90, 180] },
 };
 /** @typedef {keyof typeof AXES} Axis */
+/** @typedef {import("./connection.js").Requests} Requests */
 
 const UNUSED = { colour: "faint", strength: 0.25 };
 
@@ -24,11 +25,11 @@ export class Column {
    */
   constructor(first, tools = []) {
     this.first = first;
-    /** @type {{rung: number, source: string, stretch: number} | null} */
+    /** @type {{rung: number, source: "fitted" | "second", stretch: number} | null} */
     this.of = null;
     this.end = 1;
     this.explained = false;
-    /** @type {any[]} */
+    /** @type {import("./told.js").ProfileMessage[]} */
     this.regions = [];
     /** @type {[number, number][]} */
     this.unused = [];
@@ -75,12 +76,12 @@ export class Column {
       h("div", { class: "four" }, this.spectrum.element, Object.values(this.dots).map((plot) => plot.element)),
     );
     this.wantLines = newest(
-      (/** @type {any} */ asked) => ask("lines", asked),
+      (/** @type {Requests["lines"]} */ asked) => ask("lines", asked),
       (answer) => this.showLines(answer),
       (error) => this.failed(error),
     );
     this.wantRest = newest(
-      (/** @type {any} */ asked) => this.rest(asked),
+      (/** @type {Requests["where"]} */ asked) => this.rest(asked),
       () => undefined,
       (error) => this.failed(error),
     );
@@ -137,7 +138,7 @@ export class Column {
     this.wantRest({ ...this.of, ...size, brush: shown.brush ?? undefined });
   }
 
-  /** @param {any} asked */
+  /** @param {Requests["where"]} asked */
   async rest(asked) {
     const axes = /** @type {Axis[]} */ (Object.keys(AXES));
     const [where, marked, spectrum, ...dots] = await Promise.all([
@@ -167,7 +168,7 @@ export class Column {
     return rungOf(this.of?.rung)?.output ?? { per_drawn: 1, drawn: "N", per_small: 1e3, small: "mN", name: "force" };
   }
 
-  /** @param {import("./connection.js").Answer} answer */
+  /** @param {import("./connection.js").Answer<"lines">} answer */
   showLines({ ok, arrays }) {
     const output = this.output();
     const x = arrays.time;
@@ -211,7 +212,7 @@ export class Column {
     }
   }
 
-  /** @param {import("./connection.js").Answer} answer */
+  /** @param {import("./connection.js").Answer<"spectrum">} answer */
   showSpectrum({ ok, arrays }) {
     const by = this.output().per_small;
     const root = (/** @type {ArrayLike<number>} */ values) => Float64Array.from(values, (value) => Math.sqrt(Math.max(value, 1e-300)) * by);
@@ -223,7 +224,7 @@ export class Column {
 
   /**
    * @param {Axis} axis
-   * @param {import("./connection.js").Answer} answer
+   * @param {import("./connection.js").Answer<"dots">} answer
    */
   showDots(axis, { ok, arrays }) {
     const plot = this.dots[axis], by = AXES[axis].times, fine = this.output().per_small;
@@ -271,15 +272,16 @@ export class Column {
     if (!rung || !this.of) return;
     const second = this.of.source === "second";
     const stretches = (second ? rung.second : rung)?.stretches;
-    const file = told.desk.files.find((/** @type {any} */ each) => each.number === (second ? told.desk.second : told.desk.fitted));
+    const desk = needDesk();
+    const file = desk.files.find((each) => each.number === (second ? desk.second : desk.fitted));
     fill(
       this.head,
       h("h3", {}, rung.title),
       h("span", { class: "soft" }, second ? `on ${file?.name}, nothing fitted` : file?.name),
-      stretches?.names.length > 1 &&
+      stretches && stretches.names.length > 1 &&
         h("select", {
           "aria-label": "Stretch of the recording",
-          onchange: (/** @type {any} */ event) => this.onstretch?.(Number(event.target.value)),
+          onchange: (/** @type {Event} */ event) => this.onstretch?.(Number(/** @type {HTMLSelectElement} */ (event.target).value)),
         }, stretches.names.map((/** @type {string} */ name, /** @type {number} */ number) =>
           h("option", { value: number, selected: number === this.of?.stretch },
             `stretch ${number + 1} of ${stretches.names.length}${number === stretches.worst ? ", the worst" : ""}`))),
@@ -306,9 +308,9 @@ export class Column {
   }
 }
 
-/** @type {((regions: any[], marked: any) => void) | undefined} */
+/** @type {((regions: import("./told.js").ProfileMessage[], marked: import("./told.js").BrushMessage | undefined) => void) | undefined} */
 Column.prototype.onregions = undefined;
-/** @type {((told: any) => void) | undefined} */
+/** @type {((told: import("./told.js").LinesMessage) => void) | undefined} */
 Column.prototype.onlines = undefined;
 /** @type {((stretch: number) => void) | undefined} */
 Column.prototype.onstretch = undefined;

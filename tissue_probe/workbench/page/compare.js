@@ -35,7 +35,7 @@ export function compare() {
     drawn = null;
     draw();
   });
-  on("lines", (/** @type {any} */ lines) => {
+  on("lines", (lines) => {
     const own = rung();
     if (own) drawFigures(figures, own, lines.rmse ?? null);
   });
@@ -45,7 +45,7 @@ export function compare() {
 
 /**
  * @param {Element} place
- * @param {any} own
+ * @param {import("./app.js").Rung} own
  * @param {number | null} moved the error at the sliders' values
  */
 function drawFigures(place, own, moved) {
@@ -60,17 +60,17 @@ function drawFigures(place, own, moved) {
 
 /**
  * @param {Element} place
- * @param {any[]} regions
+ * @param {import("./told.js").ProfileMessage[]} regions
  */
 function drawMarks(place, regions) {
-  const found = regions.filter((each) => each.here);
+  const found = regions.flatMap((each) => (each.here ? [{ ...each, here: each.here }] : []));
   const axes = /** @type {Record<string, number>} */ ({ indentation: 1e-3, speed: 1e-3 });
   fill(
     place,
     found.length
       ? found.sort((one, other) => Number(other.foremost) - Number(one.foremost)).map((each) => {
         const by = axes[each.axis] ?? 1;
-        const range = { axis: each.axis, low: each.here.begin * by, high: each.here.end * by };
+        const range = { axis: /** @type {import("./told.js").Brush["axis"]} */ (each.axis), low: each.here.begin * by, high: each.here.end * by };
         const way = each.axis === "direction";
         return h("li", {}, h("button", {
           type: "button", class: each.foremost ? "foremost" : "", title: "Brush these samples in all plots",
@@ -83,11 +83,11 @@ function drawMarks(place, regions) {
 
 /**
  * @param {Element} place
- * @param {any} own
+ * @param {import("./app.js").Rung} own
  */
 function drawValues(place, own) {
   const back = h("button", { type: "button", class: "tiny", "data-key": "fit", title: "Back to the fitted values (f)", onclick: () => fit() }, "Fit");
-  const rows = own.parameters.map((/** @type {any} */ each) => parameter(each));
+  const rows = own.parameters.map((each) => parameter(each));
   fill(
     place,
     h("div", { class: "row spread" }, h("h2", {}, "Values, 95 % intervals"), back),
@@ -103,10 +103,11 @@ export function fit() {
   tell("fit");
 }
 
-/** @param {any} each */
+/** @param {import("./told.js").ParameterMessage} each */
 function parameter(each) {
   const range = each.to - each.from || 1;
   const share = (/** @type {number} */ value) => Math.min(Math.max((value - each.from) / range, 0), 1);
+  const low = 100 * share(each.low ?? each.from), high = 100 * share(each.high ?? each.to);
   const number = h("input", { type: "text", inputmode: "decimal", value: short(each.value, 5), "aria-label": `${worded(each.name)}, ${each.unit}` });
   const slider = h("input", { type: "range", min: 0, max: STEPS, value: Math.round(share(each.value) * STEPS), "aria-label": worded(each.name) });
   const row = h(
@@ -118,7 +119,7 @@ function parameter(each) {
     h(
       "div",
       { class: "track" },
-      h("span", { class: "interval", style: { left: `${100 * share(each.low)}%`, width: `${100 * Math.max(share(each.high) - share(each.low), 0.002)}%` } }),
+      h("span", { class: "interval", style: { left: `${low}%`, width: `${Math.max(high - low, 0.2)}%` } }),
       slider,
     ),
   );
@@ -150,11 +151,11 @@ function parameter(each) {
   return row;
 }
 
-/** @param {any} own */
+/** @param {import("./app.js").Rung} own */
 function details(own) {
   return [
     own.notes.length > 0 && h("details", { open: own.notes.length < 3 }, h("summary", {}, `${own.notes.length} notes on the samples`),
-      h("ul", { class: "notes" }, own.notes.map((/** @type {string} */ note) => h("li", {}, plain(note))))),
+      h("ul", { class: "notes" }, own.notes.map((note) => h("li", {}, plain(note))))),
     own.second_told && h("p", { class: "small bad" }, `Second recording: ${plain(own.second_told)}`),
     h("details", {}, h("summary", {}, "In words"), h("pre", { class: "mono", style: { "white-space": "pre-wrap", margin: 0 } }, plain(own.text))),
   ];

@@ -19,18 +19,31 @@ export class Refused extends Error {
 /** How long to wait before trying again whether the server is back [ms]. */
 const AGAIN = 700;
 
-/** @typedef {{ok: any, arrays: Record<string, import("./messages.js").Numbers>}} Answer */
+/** @typedef {Record<string, import("./messages.js").Numbers>} Arrays */
+/** @typedef {import("./told.js").Requests} Requests */
+/** @typedef {import("./told.js").Answers} Answers */
+/**
+ * The answer to a request, by its name.
+ * @template {keyof Requests} N
+ * @typedef {{ok: Answers[N], arrays: Arrays}} Answer
+ */
+/**
+ * What comes unasked, by its kind; live news with its arrays.
+ * @typedef {import("./told.js").News} News
+ * @typedef {Omit<News, "live" | "live_map"> & {live: News["live"] & {arrays: Arrays},
+ *   live_map: News["live_map"] & {arrays: Arrays}}} Heard
+ */
 
 export class Connection {
   /**
-   * @param {(kind: string, told: any) => void} hear told what comes unasked
+   * @param {<K extends keyof Heard>(kind: K, told: Heard[K]) => void} hear told what comes unasked
    * @param {(there: boolean) => void} change told when the server comes and goes
    */
   constructor(hear, change) {
     this.hear = hear;
     this.change = change;
     this.count = 0;
-    /** @type {Map<number, {done: (answer: Answer) => void, failed: (error: Error) => void}>} */
+    /** @type {Map<number, {done: (answer: Answer<never>) => void, failed: (error: Error) => void}>} */
     this.waiting = new Map();
     /** @type {WebSocket | null} */
     this.socket = null;
@@ -69,7 +82,7 @@ export class Connection {
 
   /** @param {string | ArrayBuffer} data */
   take(data) {
-    /** @type {Record<string, import("./messages.js").Numbers>} */
+    /** @type {Arrays} */
     let arrays = {};
     let head;
     if (typeof data === "string") head = JSON.parse(data);
@@ -78,22 +91,23 @@ export class Connection {
     if (waiting) {
       this.waiting.delete(head.id);
       if ("refused" in head) waiting.failed(new Refused(head.refused, head.fields, head.cancelled));
-      else waiting.done({ ok: head.ok, arrays });
+      else waiting.done({ ok: /** @type {never} */ (head.ok), arrays });
       return;
     }
     if ("live" in head) this.hear("live", { ...head.live, arrays });
     if ("live_map" in head) this.hear("live_map", { ...head.live_map, arrays });
-    for (const kind of ["choices", "study", "desk", "job"]) {
+    for (const kind of /** @type {const} */ (["choices", "study", "desk", "job"])) {
       if (kind in head) this.hear(kind, head[kind]);
     }
   }
 
   /**
-   * @param {string} name
-   * @param {Record<string, any>} [more]
-   * @returns {Promise<Answer>}
+   * @template {keyof Requests} N
+   * @param {N} name
+   * @param {Requests[N]} [more]
+   * @returns {Promise<Answer<N>>}
    */
-  ask(name, more = {}) {
+  ask(name, more) {
     const socket = this.socket;
     if (!socket) return Promise.reject(new Refused("the server is gone", [], true));
     const id = ++this.count;

@@ -3,11 +3,15 @@
 /** @typedef {Node | string | number | null | undefined | false} One */
 /** @typedef {One | (One | One[])[]} Child */
 
+/** Attributes of an element; `onclick` and the like, `class`, `style` as object.
+ * @typedef {Record<string, unknown>} Given */
+
 /**
- * @param {string} tag
- * @param {Record<string, any>} [given] attributes; `onclick` and the like, `class`, `style` as object
+ * @template {keyof HTMLElementTagNameMap} T
+ * @param {T} tag
+ * @param {Given} [given]
  * @param {...Child} children
- * @returns {any}
+ * @returns {HTMLElementTagNameMap[T]}
  */
 export function h(tag, given = {}, ...children) {
   const element = document.createElement(tag);
@@ -15,10 +19,10 @@ export function h(tag, given = {}, ...children) {
     if (value === undefined || value === null) continue;
     if (name.startsWith("aria-")) element.setAttribute(name, String(value));
     else if (value === false) continue;
-    else if (name.startsWith("on")) element.addEventListener(name.slice(2), value);
+    else if (name.startsWith("on")) element.addEventListener(name.slice(2), /** @type {EventListener} */ (value));
     else if (name === "style") {
-      for (const [property, of] of Object.entries(value)) element.style.setProperty(property, of);
-    } else if (name === "value") /** @type {any} */ (element).value = value;
+      for (const [property, of] of Object.entries(/** @type {Record<string, string>} */ (value))) element.style.setProperty(property, of);
+    } else if (name === "value") Object.assign(element, { value });
     else if (value === true) element.setAttribute(name, "");
     else element.setAttribute(name, String(value));
   }
@@ -40,14 +44,14 @@ function append(element, children) {
 
 /**
  * @param {string} tag
- * @param {Record<string, any>} given
+ * @param {Given} given
  * @param {...(SVGElement | string)} children
  * @returns {SVGElement}
  */
 export function svg(tag, given = {}, ...children) {
   const element = document.createElementNS("http://www.w3.org/2000/svg", tag);
   for (const [name, value] of Object.entries(given)) {
-    if (name.startsWith("on")) element.addEventListener(name.slice(2), value);
+    if (name.startsWith("on")) element.addEventListener(name.slice(2), /** @type {EventListener} */ (value));
     else element.setAttribute(name, String(value));
   }
   element.append(...children);

@@ -25,10 +25,10 @@ function drawLadder(place) {
     fill(place, h("p", {}, told.desk?.files.length ? "The ladder begins with the first fitted model." : ""));
     return;
   }
-  const most = Math.max(...rungs.map((/** @type {any} */ each) => each.rmse));
-  const least = Math.min(...rungs.map((/** @type {any} */ each) => each.noise)) / 1.5;
+  const most = Math.max(...rungs.map((each) => each.rmse));
+  const least = Math.min(...rungs.map((each) => each.noise)) / 1.5;
   const share = (/** @type {number} */ error) => Math.max(0, Math.log(error / least) / Math.log(most / least || 2));
-  const cards = rungs.flatMap((/** @type {any} */ each, /** @type {number} */ number) => {
+  const cards = rungs.flatMap((each, number) => {
     const left = h("span", { class: "level", style: { width: `${100 * Math.min(share(each.rmse), 1)}%` } });
     const floor = h("span", { class: "floor", style: { left: `${100 * Math.min(share(each.noise), 1)}%` } });
     const chosen = rung()?.number === each.number;
@@ -40,7 +40,7 @@ function drawLadder(place) {
         "aria-pressed": chosen, "data-key": `rung${each.number}`,
         title: `${each.title}: error ${small(each.rmse, each.output)}, held out ${small(each.heldout, each.output)}, noise ${small(each.noise, each.output)}`,
         onclick: () => {
-          choose(each.number === rungs.at(-1).number ? null : each.number);
+          choose(each.number === rungs.at(-1)?.number ? null : each.number);
           if (!["compare", "missing", "next"].includes(shown.stage)) go("compare");
         },
       },

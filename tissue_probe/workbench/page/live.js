@@ -1,6 +1,6 @@
 // Live: samples, estimates with bands, residual, NIS, faults, the map as it grows; and commands.
 
-import { act, on, say, told } from "./app.js";
+import { act, needChoices, on, say } from "./app.js";
 import { entry, fill, h, choice, worded } from "./elements.js";
 import { choose, inclusions, picture } from "./map.js";
 import { short } from "./numbers.js";
@@ -65,8 +65,8 @@ export function live() {
   const panel = h("aside", { class: "panel", "aria-label": "Live" }, h("section", {}, h("h2", {}, "Driver"), state, fault), commands(), h("section", {}, h("h2", {}, "Estimators"), words), model, h("section", { class: "mapgrid live" }, h("h2", {}, "Map"), grid), h("section", {}, h("h2", {}, "Health"), health));
   const column = h("div", { class: "charts" }, h("div", { class: "column live" }, Object.values(plots).map((plot) => plot.element)));
   const element = h("div", { class: "work" }, column, panel);
-  let drawn = 0, judged = "{}";
-  on("live", (/** @type {any} */ message) => {
+  let drawn = 0, judged = "null";
+  on("live", (message) => {
     const { arrays } = message;
     if (arrays.time) samples.add(arrays.time, { force: arrays.force, position: arrays.position }, 5);
     for (const name of message.estimators) {
@@ -80,22 +80,22 @@ export function live() {
     fault.textContent = message.fault;
     if (JSON.stringify(message.verdict) !== judged) {
       judged = JSON.stringify(message.verdict);
-      fill(model, verdict(message.verdict));
+      fill(model, message.verdict && verdict(message.verdict));
     }
     if (performance.now() - drawn < 90 || !element.isConnected) return;
     drawn = performance.now();
     draw(plots, samples, estimates);
     fill(words, Object.entries(estimates).map(([name, rows], number) => inWords(name, rows, number)));
-    fill(health, message.health.map((/** @type {[string, number, string]} */ [name, level, text]) =>
+    fill(health, message.health.map(([name, level, text]) =>
       h("li", { class: level ? "bad" : "" }, `${name}: ${text || "well"}`)));
   });
   let layer = "mean";
-  /** @type {any} */
+  /** @type {import("./app.js").Changes["live_map"] | null} */
   let map = null;
   const drawMap = () => map && fill(grid, choose(map.arrays, layer, (name) => {
     layer = name;
     drawMap();
-  }), picture(map, map.arrays, layer, null, NARROW), map.text.split("\n").map((/** @type {string} */ line) => h("p", { class: "small" }, line)), inclusions(map));
+  }), picture(map, map.arrays, layer, null, NARROW), map.text.split("\n").map((line) => h("p", { class: "small" }, line)), inclusions(map));
   on("live_map", (found) => {
     map = found;
     drawMap();
@@ -122,7 +122,7 @@ function inWords(name, rows, number) {
 
 /**
  * The monitor's verdict on the model, in a few lines.
- * @param {{ verdict: string, effects: [string, number][], error_current: number | null, error_proposed: number | null, unseen: string[], experiment: string }} found
+ * @param {import("./told.js").VerdictMessage} found
  */
 function verdict(found) {
   const times = (/** @type {number | null} */ error) => (error === null ? "not known" : `${short(error, 3)} times the noise`);
@@ -136,7 +136,7 @@ function verdict(found) {
 }
 
 /**
- * @param {any} plots
+ * @param {{force: Plot, stiffness: Plot, innovation: Plot, nis: Plot}} plots
  * @param {Rows} samples
  * @param {Record<string, Rows>} estimates
  */
@@ -183,7 +183,7 @@ function around(lines) {
 function commands() {
   const place = h("section", { "aria-label": "Commands" });
   on("choices", () => {
-    if (!told.choices.commands) {
+    if (!needChoices().commands) {
       fill(place, h("p", { class: "small soft" }, "This page only listens; the workbench was started without --allow-commands."));
       return;
     }
@@ -210,7 +210,7 @@ function form(title, name, fields) {
   const element = h("form", {
     onsubmit: (/** @type {SubmitEvent} */ event) => {
       event.preventDefault();
-      /** @type {Record<string, any>} */
+      /** @type {Record<string, unknown>} */
       const given = {};
       for (const [key, value] of new FormData(element)) {
         given[key] = key === "kind" ? value : Number(value);
@@ -224,7 +224,7 @@ function form(title, name, fields) {
 
 /**
  * @param {string} name
- * @param {Record<string, any>} [given]
+ * @param {Record<string, unknown>} [given]
  */
 async function command(name, given = {}) {
   const said = await act("command", { command: name, given });

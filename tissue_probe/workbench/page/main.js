@@ -1,6 +1,6 @@
 // The page: its stages, its keys, its look.
 
-import { act, brush, go, on, rung, shown, tell, told, zoom } from "./app.js";
+import { act, brush, go, needChoices, needDesk, on, rung, shown, tell, told, zoom } from "./app.js";
 import { Charts } from "./charts.js";
 import { compare, fit } from "./compare.js";
 import { fill, h, svg } from "./elements.js";
@@ -87,18 +87,18 @@ fill(
 ladder(byId("ladder"), byId("status"));
 on("choices", () => {
   const button = byId("rail").querySelector("[data-stage=live]");
-  if (button instanceof HTMLElement) button.hidden = !told.choices.live;
+  if (button instanceof HTMLElement) button.hidden = !needChoices().live;
 });
 
 let begun = false;
 
 /** The stage that shows what the desk begins with; none while there is nothing to be seen. */
 function beginning() {
-  const { files, fitted, map: found, rungs, asked } = told.desk;
+  const { files, fitted, map: found, rungs, asked } = needDesk();
   if (rungs.length) return "compare";
   if (found) return "map";
-  const file = files.find((/** @type {any} */ each) => each.number === fitted);
-  return file?.ready && !(file.sites > 1 && asked.site === null) ? "compare" : null;
+  const file = files.find((each) => each.number === fitted);
+  return file?.ready && !((file.sites ?? 0) > 1 && asked.site === null) ? "compare" : null;
 }
 
 on("stage", () => {
@@ -113,7 +113,7 @@ on("desk", () => {
     shown.stage = first;
     begun = true;
   }
-  const known = told.desk.rungs.map((/** @type {any} */ each) => each.number);
+  const known = needDesk().rungs.map((each) => each.number);
   if (shown.rung !== null && !known.includes(shown.rung)) shown.rung = null;
   if (rung()?.number !== last) {
     last = rung()?.number;
@@ -164,7 +164,7 @@ const DOES = {
     rank();
   },
   a: addChosen,
-  u: () => told.desk?.rungs.length > 1 && act("undo"),
+  u: () => (told.desk?.rungs.length ?? 0) > 1 && act("undo"),
   f: fit,
   t: turn,
   "?": () => help.showModal(),

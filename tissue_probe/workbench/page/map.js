@@ -1,6 +1,6 @@
 // Map: stiffness, P(inclusion) and what could hide over the sites; a site opens its recording.
 
-import { act, ask, go, on, plain, refuse, told } from "./app.js";
+import { act, ask, go, needDesk, on, plain, refuse, told } from "./app.js";
 import { fill, h, svg } from "./elements.js";
 import { short } from "./numbers.js";
 
@@ -47,8 +47,8 @@ export function map() {
     );
   };
   on("desk", async () => {
-    const found = told.desk.map;
-    if (found && found.number !== number) {
+    const found = needDesk().map;
+    if (found && found.number !== undefined && found.number !== number) {
       number = found.number;
       raster = {};
       try {
@@ -78,7 +78,7 @@ export function choose(raster, layer, pick) {
 
 /**
  * The map as one drawing; where a raster is not there yet, or of too few sites, the sites alone.
- * @param {any} found
+ * @param {import("./told.js").MapMessage} found
  * @param {Raster} raster
  * @param {string} layer
  * @param {((site: number) => void) | null} [open] what a site does; nothing where there is none
@@ -91,7 +91,7 @@ export function picture(found, raster, layer, open = null, size = SIZE) {
   const values = layerOf(raster, layer, found);
   const [low, high] = LAYERS[layer].limits ?? range(values);
   const words = h("p", { class: "small soft readout", "aria-live": "off" }, `${label}${unit && ` [${unit}]`}: ${LAYERS[layer].told}`);
-  const drawing = svg("svg", { viewBox: `0 0 ${LEFT + wide + RIGHT} ${TOP + tall + BOTTOM}`, role: "group", "aria-label": `Map of the ${label}` });
+  const drawing = /** @type {SVGSVGElement} */ (svg("svg", { viewBox: `0 0 ${LEFT + wide + RIGHT} ${TOP + tall + BOTTOM}`, role: "group", "aria-label": `Map of the ${label}` }));
   drawing.append(patterns(place), svg("rect", { x: LEFT, y: TOP, width: wide, height: tall, fill: "url(#unknown)", stroke: "var(--line)" }));
   if (raster[layer]) {
     const image = svg("image", {
@@ -103,23 +103,23 @@ export function picture(found, raster, layer, open = null, size = SIZE) {
     });
     drawing.append(image);
   }
-  for (const each of found.inclusions.filter((/** @type {any} */ one) => one.probability >= 0.5)) drawing.append(...inclusion(each, place));
+  for (const each of found.inclusions.filter((one) => one.probability >= 0.5)) drawing.append(...inclusion(each, place));
   const target = Math.min(Math.max(place.gap / 2.2, 5), 16);
-  for (const each of found.sites) drawing.append(...mark(each, place, target, found.site, open, values, [low, high], Boolean(raster[layer])));
+  for (const each of found.sites) drawing.append(...mark(each, place, target, found.site ?? null, open, values, [low, high], Boolean(raster[layer])));
   drawing.append(...axes(place), ...bar(place, label, unit, low, high, layer));
   return h("figure", { class: "map" }, drawing, words, legend(found));
 }
 
 /**
  * Where things lie on the drawing.
- * @param {any} found
+ * @param {import("./told.js").MapMessage} found
  * @param {Raster} raster
  * @param {number} size
  */
 function placed(found, raster, size) {
   const columns = raster.x ?? [], rows = raster.y ?? [];
   const step = columns.length > 1 ? (columns[1] - columns[0]) / 2 : 0;
-  const all = { x: found.sites.map((/** @type {any} */ each) => each.x), y: found.sites.map((/** @type {any} */ each) => each.y) };
+  const all = { x: found.sites.map((each) => each.x), y: found.sites.map((each) => each.y) };
   const some = (/** @type {number[]} */ own, /** @type {ArrayLike<number>} */ axis) => {
     const low = Math.min(...own, axis[0] ?? Infinity), high = Math.max(...own, axis[axis.length - 1] ?? -Infinity);
     return [low, high];
@@ -128,8 +128,8 @@ function placed(found, raster, size) {
   const margin = 0.04 * Math.max(right - left, top - bottom) || 1e-3;
   const across = right - left + 2 * margin, up = top - bottom + 2 * margin;
   const scale = size / Math.max(across, up);
-  const gaps = found.sites.map((/** @type {any} */ one) => Math.min(...found.sites.filter((/** @type {any} */ other) => other !== one)
-    .map((/** @type {any} */ other) => Math.hypot(one.x - other.x, one.y - other.y) || Infinity)));
+  const gaps = found.sites.map((one) => Math.min(...found.sites.filter((other) => other !== one)
+    .map((other) => Math.hypot(one.x - other.x, one.y - other.y) || Infinity)));
   return {
     x: (/** @type {number} */ value) => LEFT + (value - left + margin) * scale,
     y: (/** @type {number} */ value) => TOP + (top + margin - value) * scale,
@@ -150,10 +150,10 @@ function patterns({ wide, tall }) {
  * Values of a layer as they are drawn; of the sites where there is no raster.
  * @param {Raster} raster
  * @param {string} layer
- * @param {any} found
+ * @param {import("./told.js").MapMessage} found
  */
 function layerOf(raster, layer, found) {
-  if (!raster[layer]) return found.sites.map((/** @type {any} */ each) => each.stiffness ?? NaN);
+  if (!raster[layer]) return found.sites.map((each) => each.stiffness ?? NaN);
   if (layer !== "radius") return raster[layer];
   // Where something is known but no radius, none is excluded.
   return Float32Array.from(raster.radius, (value, n) => (Number.isFinite(value) ? 1e3 * value : Number.isFinite(raster.mean[n]) ? LARGEST : NaN));
@@ -206,20 +206,21 @@ function coloured(values, columns, low, high) {
 
 /**
  * The boundaries of an inclusion: white on black is seen on every colour.
- * @param {any} each
+ * @param {import("./told.js").InclusionMessage} each
  * @param {Place} place
  */
 function inclusion(each, place) {
   const { x, y } = place;
   const path = (/** @type {number[][]} */ ring) => ring.map(([u, v], n) => `${n ? "L" : "M"}${x(u).toFixed(1)} ${y(v).toFixed(1)}`).join("") + "Z";
-  const lines = [["boundary_50", "none"], ["boundary_95", "2 5"]].flatMap(([name, dash]) => [["black", 4], ["white", 1.8]].map(([stroke, width]) =>
+  const rings = /** @type {const} */ ([["boundary_50", "none"], ["boundary_95", "2 5"]]);
+  const lines = rings.flatMap(([name, dash]) => [["black", 4], ["white", 1.8]].map(([stroke, width]) =>
     svg("path", { d: each[name].length ? path(each[name]) : "", fill: "none", stroke, "stroke-width": width, "stroke-dasharray": dash, "stroke-linecap": "round", "pointer-events": "none", "clip-path": "url(#window)" })));
   const name = svg("text", { x: x(each.x), y: y(each.y) - 9, "text-anchor": "middle", class: "over" }, `${each.contrast.toFixed(1)}×, P ${each.probability.toFixed(2)}`);
   return [...lines, name];
 }
 
 /**
- * @param {any} each
+ * @param {import("./told.js").SiteMessage} each
  * @param {Place} place
  * @param {number} size of what can be clicked
  * @param {number | null} chosen
@@ -229,14 +230,15 @@ function inclusion(each, place) {
  * @param {boolean} raster whether there is one below
  */
 function mark(each, place, size, chosen, open, values, limits, raster) {
-  const known = Number.isFinite(each.stiffness ?? NaN), opens = open && each.site !== null;
-  const words = `${known ? `${short(each.stiffness, 4)} ± ${short(each.stiffness_sd, 2)} N/m` : each.verdict}; x ${short(1e3 * each.x)} mm, y ${short(1e3 * each.y)} mm`;
+  const stiffness = each.stiffness ?? NaN, known = Number.isFinite(stiffness);
+  const opens = open && each.site !== null ? { open, site: each.site } : null;
+  const words = `${known ? `${short(stiffness, 4)} ± ${short(each.stiffness_sd, 2)} N/m` : each.verdict}; x ${short(1e3 * each.x)} mm, y ${short(1e3 * each.y)} mm`;
   const [cx, cy] = [place.x(each.x), place.y(each.y)];
   const does = opens ? {
-    tabindex: 0, role: "button", "data-site": each.site, onclick: () => open(each.site),
-    onkeydown: (/** @type {KeyboardEvent} */ event) => event.key === "Enter" && open(each.site),
+    tabindex: 0, role: "button", "data-site": opens.site, onclick: () => opens.open(opens.site),
+    onkeydown: (/** @type {KeyboardEvent} */ event) => event.key === "Enter" && opens.open(opens.site),
   } : { role: "img" };
-  const fill_ = raster ? "transparent" : known ? `rgb(${colourOf((each.stiffness - limits[0]) / (limits[1] - limits[0] || 1))})` : "none";
+  const fill_ = raster ? "transparent" : known ? `rgb(${colourOf((stiffness - limits[0]) / (limits[1] - limits[0] || 1))})` : "none";
   const target = svg("circle", { class: `site${opens ? " opens" : ""}`, cx, cy, r: size, fill: fill_, "aria-label": `${words}${opens ? ". Opens its recording" : ""}`, ...does },
     svg("title", {}, words));
   const dot = known
@@ -285,24 +287,24 @@ function bar(place, label, unit, low, high, layer) {
   return [...shades, ...written, svg("text", { x: left, y: TOP + place.tall + 17 }, unit || label)];
 }
 
-/** @param {any} found */
+/** @param {import("./told.js").MapMessage} found */
 function legend(found) {
-  const likely = found.inclusions.some((/** @type {any} */ each) => each.probability >= 0.5);
+  const likely = found.inclusions.some((each) => each.probability >= 0.5);
   return h("p", { class: "small soft legend" }, "● site",
-    found.sites.some((/** @type {any} */ each) => !Number.isFinite(each.stiffness ?? NaN)) && h("span", {}, "× site without a value"),
+    found.sites.some((each) => !Number.isFinite(each.stiffness ?? NaN)) && h("span", {}, "× site without a value"),
     likely && h("span", {}, "— inclusion, likely boundary"), likely && h("span", {}, "··· holds all of it, 95 %"), h("span", {}, "hatched: no site near"));
 }
 
 /**
  * What is known at the place of the pointer.
- * @param {any} drawing
+ * @param {SVGSVGElement} drawing
  * @param {MouseEvent} event
  * @param {Place} place
  * @param {Raster} raster
- * @param {any} found
+ * @param {import("./told.js").MapMessage} found
  */
 function readOut(drawing, event, place, raster, found) {
-  const point = new DOMPoint(event.clientX, event.clientY).matrixTransform(drawing.getScreenCTM().inverse());
+  const point = new DOMPoint(event.clientX, event.clientY).matrixTransform(drawing.getScreenCTM()?.inverse());
   const u = place.limits[0] + (point.x - LEFT) / place.scale, v = place.limits[3] - (point.y - TOP) / place.scale;
   const step = (/** @type {ArrayLike<number>} */ axis) => (axis.length > 1 ? axis[1] - axis[0] : 1);
   const column = Math.round((u - raster.x[0]) / step(raster.x)), row = Math.round((v - raster.y[0]) / step(raster.y));
@@ -320,24 +322,24 @@ async function visit(site) {
   if ((await act("site", { site })) !== undefined) go("compare");
 }
 
-/** @param {any} found */
+/** @param {import("./told.js").MapMessage} found */
 function side(found) {
   return h(
     "div",
     { class: "card" },
-    found.text.split("\n").map((/** @type {string} */ line) => h("p", {}, plain(line))),
+    found.text.split("\n").map((line) => h("p", {}, plain(line))),
     inclusions(found),
-    found.sites.some((/** @type {any} */ each) => each.site !== null) &&
+    found.sites.some((each) => each.site !== null) &&
       h("p", { class: "small soft" }, "A site opens its samples: compare the model with them, and see which effect is missing."),
   );
 }
 
-/** The inclusions as a table. @param {any} found */
+/** The inclusions as a table. @param {import("./told.js").MapMessage} found */
 export function inclusions(found) {
   if (!found.inclusions.length) return h("p", { class: "soft" }, "No inclusion is told.");
   return h("table", {},
     h("thead", {}, h("tr", {}, ["x [mm]", "y [mm]", "P", "N/m", "× background"].map((name) => h("th", { scope: "col", class: "number" }, name)))),
-    h("tbody", {}, found.inclusions.map((/** @type {any} */ each) => h("tr", {},
+    h("tbody", {}, found.inclusions.map((each) => h("tr", {},
       [short(1e3 * each.x), short(1e3 * each.y), each.probability.toFixed(2), `${short(each.stiffness)} ± ${short(each.stiffness_sd, 2)}`, short(each.contrast)]
         .map((text) => h("td", { class: "number" }, text))))));
 }

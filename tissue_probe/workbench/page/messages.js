@@ -6,7 +6,8 @@ const TYPES = { f4: Float32Array, f8: Float64Array, u2: Uint16Array };
 
 /**
  * @param {ArrayBuffer} buffer
- * @returns {{head: any, arrays: Record<string, Numbers>}}
+ * The head is what ``JSON.parse`` makes of it: who asked knows its type.
+ * @returns {{head: ReturnType<typeof JSON.parse>, arrays: Record<string, Numbers>}}
  */
 export function unpacked(buffer) {
   const size = new DataView(buffer).getUint32(0, true);

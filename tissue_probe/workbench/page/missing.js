@@ -1,6 +1,6 @@
 // Missing: which effect the model lacks. The ranking while it is computed, its curves, Add and undo.
 
-import { act, explain, go, on, plain, rung, rungOf, shown, told } from "./app.js";
+import { act, explain, go, needDesk, on, plain, rung, rungOf, shown, told } from "./app.js";
 import { fill, h, worded } from "./elements.js";
 import { short, small } from "./numbers.js";
 import { own } from "./own.js";
@@ -26,7 +26,7 @@ export function missing() {
         draw();
       } }, `All ${rows.length} effects${rows.length > settled.length ? `; the search gave up for ${rows.length - settled.length}` : ""}`));
   };
-  for (const kind of ["desk", "job", "rung", "effect"]) on(kind, draw);
+  for (const kind of /** @type {const} */ (["desk", "job", "rung", "effect"])) on(kind, draw);
   return element;
 }
 
@@ -72,29 +72,29 @@ async function add(effects, after) {
 
 /** Whether the last model of the ladder has an effect. @param {string} effect */
 function has(effect) {
-  return told.desk.rungs.some((/** @type {any} */ each) => each.added === effect);
+  return needDesk().rungs.some((each) => each.added === effect);
 }
 
 /**
- * @param {any} ranking
- * @param {any} base
+ * @param {import("./app.js").Ranking | null | undefined} ranking
+ * @param {import("./app.js").Rung} base
  * @param {boolean} running
  */
 function heading(ranking, base, running) {
   const begin = h("button", { type: "button", class: running ? "" : "main", disabled: running, "data-key": "rank", title: "Try every effect (r)", onclick: rank },
     ranking?.done ? "Rank again" : running ? "Ranking …" : "Find what is missing");
   const answer = ranking?.answer;
-  const named = (answer?.effects ?? []).filter((/** @type {string} */ effect) => rungOf(ranking?.rung) && !has(effect));
+  const named = (answer?.effects ?? []).filter((effect) => rungOf(ranking?.rung) && !has(effect));
   return [
     h("div", { class: "row spread" }, h("h2", {}, `Beside ${base.title}`), begin),
     !ranking && h("p", { class: "soft" }, "Every effect of the library is added to the last model of the ladder and fitted. The best is named if it explains the error, and if no other explains it as well."),
-    ranking?.done && h("div", { class: "verdict" }, verdict(answer.sentences).map((line) => h("p", {}, line))),
-    named.length > 1 && answer.verdict === "missing" &&
+    answer && h("div", { class: "verdict" }, verdict(answer.sentences).map((line) => h("p", {}, line))),
+    named.length > 1 && answer?.verdict === "missing" &&
       h("button", { type: "button", "data-key": "all", onclick: () => add(named) }, `Add ${named.map(worded).join(" and ")}`),
-    ranking?.done && told.desk.second === null && h("div", { class: "row" },
+    ranking?.done && needDesk().second === null && h("div", { class: "row" },
       h("p", { class: "small soft" }, "This is of one recording. A second one of the same specimen, moved otherwise, tells whether the model carries over."),
       h("button", { type: "button", class: "tiny", "data-key": "second", onclick: () => go("open") }, "Add a second recording")),
-    answer?.indistinguishable.length > 1 && h("p", { class: "small" }, "This recording cannot tell apart: ", h("b", {}, answer.indistinguishable.join(", ")), "."),
+    answer && answer.indistinguishable.length > 1 && h("p", { class: "small" }, "This recording cannot tell apart: ", h("b", {}, answer.indistinguishable.join(", ")), "."),
   ];
 }
 
@@ -114,24 +114,24 @@ function trying() {
   return Boolean(told.desk?.ranking && !told.desk.ranking.done && told.job?.title === "effects are tried");
 }
 
-/** The effects that are known by now and their errors, the best first. @param {any} ranking @returns {any[]} */
+/** The effects that are known by now and their errors, the best first. @param {import("./app.js").Ranking | null | undefined} ranking @returns {import("./told.js").RankedMessage[]} */
 export function rowsOf(ranking) {
   if (!ranking) return [];
-  if (ranking.done) return ranking.answer.ranking;
-  const rows = trying() ? told.job.rows : ranking.rows;
+  if (ranking.answer) return ranking.answer.ranking;
+  const rows = (trying() && told.job?.rows) || ranking.rows;
   return Object.entries(rows)
     .map(([effect, errors]) => ({ effect, family: "", ...errors }))
-    .sort((one, other) => one.rmse - other.rmse);
+    .sort((one, other) => (one.rmse ?? Infinity) - (other.rmse ?? Infinity));
 }
 
 /**
- * @param {any[]} rows
- * @param {any} base
- * @param {any} ranking
+ * @param {import("./told.js").RankedMessage[]} rows
+ * @param {import("./app.js").Rung} base
+ * @param {import("./app.js").Ranking | null | undefined} ranking
  */
 function ranked(rows, base, ranking) {
   const likely = rows.some((row) => typeof row.probability === "number");
-  const physics = ranking.physics ?? {};
+  const physics = ranking?.physics ?? {};
   return h(
     "table",
     { class: "ranking" },
@@ -142,7 +142,7 @@ function ranked(rows, base, ranking) {
       h("th", {}, h("span", { class: "skip" }, "add")))),
     h("tbody", {}, rows.map((row) => {
       const chosen = shown.effect === row.effect;
-      const share = likely ? (row.probability ?? 0) : Math.min(row.rmse / base.rmse, 1);
+      const share = likely ? (row.probability ?? 0) : Math.min((row.rmse ?? 0) / base.rmse, 1);
       const guess = row.converged === false;
       const words = likely ? percent(share) : small(row.rmse, base.output);
       const line = h(
@@ -168,7 +168,7 @@ function ranked(rows, base, ranking) {
  * What can be done with an effect: put it on the last model, or in the place of what stands above
  * the model that was ranked.
  * @param {string} effect
- * @param {any} ranking
+ * @param {import("./app.js").Ranking | null | undefined} ranking
  */
 function steps(effect, ranking) {
   const button = (/** @type {string} */ word, /** @type {string} */ title, /** @type {number | undefined} */ after) => h("button", {
@@ -178,7 +178,7 @@ function steps(effect, ranking) {
       add([effect], after);
     },
   }, word);
-  const base = rungOf(ranking?.rung), last = told.desk.rungs.at(-1);
+  const base = rungOf(ranking?.rung), last = needDesk().rungs.at(-1);
   return [
     has(effect) ? h("span", { class: "small soft" }, "added") : button("Add", "Add it to the last model", undefined),
     base && base !== last && !has(effect) &&

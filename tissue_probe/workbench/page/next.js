@@ -24,12 +24,12 @@ export function next() {
     drawn = now;
     fill(words, inWords(ranking));
     plots.replaceChildren();
-    if (!ranking?.done || !ranking.answer.suggested_excitation?.excitation?.kind) return;
+    if (!ranking?.answer?.suggested_excitation?.excitation.kind) return;
     let answer;
     try {
       answer = await ask("next");
     } catch (error) {
-      fill(plots, h("p", { class: "soft" }, plain(String(/** @type {any} */ (error).message))));
+      fill(plots, h("p", { class: "soft" }, plain(error instanceof Error ? error.message : String(error))));
       return;
     }
     const { ok, arrays } = answer;
@@ -47,25 +47,26 @@ export function next() {
   return element;
 }
 
-/** @param {any} ranking */
+/** @param {import("./app.js").Ranking | null | undefined} ranking */
 function inWords(ranking) {
-  if (!ranking?.done) {
+  const { answer, settings = {} } = ranking ?? {};
+  if (!answer) {
     return h("div", { class: "card" }, h("p", {}, "The ranking tells which experiment would separate what this recording cannot, or show what it could not have shown."),
       h("div", {}, h("button", { type: "button", class: "main", disabled: !told.desk?.rungs.length, onclick: () => act("rank") }, "Find what is missing")));
   }
-  const advice = ranking.answer.suggested_excitation;
+  const advice = answer.suggested_excitation;
   if (!advice) return h("p", {}, "No further experiment is needed: nothing that would matter is left open.");
   return h(
     "div",
     { class: "card" },
-    ranking.answer.sentences.filter((/** @type {string} */ line) => line.startsWith("Next experiment")).map((/** @type {string} */ line) => h("p", {}, plain(line))),
-    Object.keys(ranking.settings).length > 0 && h("dl", { class: "form" }, Object.entries(ranking.settings).map(([name, value]) => h("div", {}, h("dt", { class: "small soft" }, worded(name)), h("dd", { style: { margin: 0, "font-weight": 600 } }, value)))),
+    answer.sentences.filter((line) => line.startsWith("Next experiment")).map((line) => h("p", {}, plain(line))),
+    Object.keys(settings).length > 0 && h("dl", { class: "form" }, Object.entries(settings).map(([name, value]) => h("div", {}, h("dt", { class: "small soft" }, worded(name)), h("dd", { style: { margin: 0, "font-weight": 600 } }, value)))),
     advice.separation !== null && advice.separation > 0 && h("p", {}, `In it the wrong model would leave ${short(advice.separation)} times the noise, and so be told apart.`),
     advice.shows.length > 0 && h("p", {}, `It would show, if it is there: ${advice.shows.map(worded).join(", ")}.`),
-    ranking.answer.unseen.length > 0 && h("p", { class: "soft" }, `This recording could not have shown: ${ranking.answer.unseen.map(worded).join(", ")}.`),
+    answer.unseen.length > 0 && h("p", { class: "soft" }, `This recording could not have shown: ${answer.unseen.map(worded).join(", ")}.`),
     advice.calibration && h("p", {}, h("b", {}, "Calibrate: "), advice.calibration),
     advice.command && h("div", { class: "command" }, h("code", {}, advice.command), h("button", { type: "button", class: "tiny", onclick: () => copy(advice.command) }, "Copy")),
-    advice.command_notes.length > 0 && h("ul", { class: "notes" }, advice.command_notes.map((/** @type {string} */ note) => h("li", {}, plain(note)))),
+    advice.command_notes.length > 0 && h("ul", { class: "notes" }, advice.command_notes.map((note) => h("li", {}, plain(note)))),
   );
 }
 

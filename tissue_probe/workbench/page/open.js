@@ -1,6 +1,6 @@
 // Open: drop or choose files, say what they do not tell, choose which is fitted.
 
-import { act, go, mark, on, plain, refuse, say, shown, told } from "./app.js";
+import { act, go, mark, needChoices, needDesk, on, plain, refuse, say, shown, told } from "./app.js";
 import { Refused } from "./connection.js";
 import { choice, entry, fill, h } from "./elements.js";
 import { short, span } from "./numbers.js";
@@ -10,7 +10,7 @@ import { study } from "./study.js";
 
 /** @param {Element} stage */
 export function open(stage) {
-  const input = h("input", { type: "file", multiple: true, class: "files", "aria-label": "Choose recordings", hidden: true, onchange: () => send([...input.files]) });
+  const input = h("input", { type: "file", multiple: true, class: "files", "aria-label": "Choose recordings", hidden: true, onchange: () => send([...(input.files ?? [])]) });
   const drop = h(
     "section",
     { class: "drop", "aria-label": "Open recordings" },
@@ -25,17 +25,17 @@ export function open(stage) {
   const examples = h("section", {});
   const element = h("div", { class: "sheet" }, study(), drop, files, examples, asked);
   const draw = () => {
-    drop.classList.toggle("small-drop", told.desk?.files.length > 0);
+    drop.classList.toggle("small-drop", (told.desk?.files.length ?? 0) > 0);
     fill(
       files,
-      told.desk?.files.length > 0 && h("h2", {}, "Recordings"),
-      (told.desk?.files ?? []).map((/** @type {any} */ file) => card(file)),
+      (told.desk?.files.length ?? 0) > 0 && h("h2", {}, "Recordings"),
+      (told.desk?.files ?? []).map((file) => card(file)),
     );
-    for (const canvas of files.querySelectorAll("canvas")) sketch(/** @type {any} */ (canvas));
+    for (const canvas of files.querySelectorAll("canvas")) sketch(canvas);
   };
   let before = "";
   on("desk", () => {
-    const now = JSON.stringify([told.desk.files, told.desk.fitted, told.desk.second]);
+    const now = JSON.stringify([needDesk().files, needDesk().fitted, needDesk().second]);
     if (now === before) return; // what is typed stays
     before = now;
     draw();
@@ -43,7 +43,7 @@ export function open(stage) {
   on("choices", () => fill(
     examples,
     h("h2", { style: { "margin-bottom": "0.6rem" } }, "Examples"),
-    h("div", { class: "cards" }, told.choices.examples.map((/** @type {any} */ each) =>
+    h("div", { class: "cards" }, needChoices().examples.map((each) =>
       h("button", { type: "button", "data-example": each.name, onclick: () => example(each.name) }, h("b", {}, each.title), h("span", { class: "small soft" }, each.told)))),
   ));
   on("theme", draw);
@@ -75,30 +75,31 @@ async function example(name) {
 
 /** Which recording the page goes to as soon as the desk shows it: what it was asked for is answered
  * when everything is computed, and there is something to be seen before.
- * @type {((file: any) => boolean) | null} */
+ * @type {((file: import("./told.js").FileMessage) => boolean) | null} */
 let leaving = null;
 on("stage", () => {
   leaving = null;
 });
 on("desk", () => leave());
 
-/** @param {(file: any) => boolean} which */
+/** @param {(file: import("./told.js").FileMessage) => boolean} which */
 function leaveFor(which) {
   leaving = which;
 }
 
 /** Recordings that are not on the desk yet. */
 function isNew() {
-  const known = new Set(told.desk?.files.map((/** @type {any} */ each) => each.number));
-  return (/** @type {any} */ file) => !known.has(file.number);
+  const known = new Set(told.desk?.files.map((each) => each.number));
+  return (/** @type {import("./told.js").FileMessage} */ file) => !known.has(file.number);
 }
 
 /** Go where there is something to be seen; stay where something is asked. */
 function leave() {
-  const { files, fitted, second, map, rungs, asked } = told.desk ?? { files: [] };
-  const last = files.filter((/** @type {any} */ each) => leaving?.(each)).at(-1);
+  if (!told.desk) return;
+  const { files, fitted, second, map, rungs, asked } = told.desk;
+  const last = files.filter((each) => leaving?.(each)).at(-1);
   if (!last) return;
-  const scanned = last.sites > 1 && asked.site === null;
+  const scanned = (last.sites ?? 0) > 1 && asked.site === null;
   if (map && (map.file === last.number) && (last.table || !rungs.length)) go("map");
   else if (last.ready && [fitted, second].includes(last.number) && !scanned) go("compare");
 }
@@ -119,12 +120,13 @@ async function send(files) {
   leave();
 }
 
-/** @param {any} file */
+/** @param {import("./told.js").FileMessage} file */
 function card(file) {
-  const { fitted, second } = told.desk;
+  const { fitted, second } = needDesk();
+  const sites = file.sites ?? 0;
   const role = file.number === fitted ? "fitted" : file.number === second ? "second, only held against" : "";
   const facts = file.ready
-    ? [`${file.samples.toLocaleString("en")} samples`, `${short(file.rate, 4)} a second`, span(file.seconds), file.sites > 1 && `${file.sites} sites`].filter(Boolean).join(" · ")
+    ? [`${(file.samples ?? 0).toLocaleString("en")} samples`, `${short(file.rate, 4)} a second`, span(file.seconds ?? 0), sites > 1 && `${sites} sites`].filter(Boolean).join(" · ")
     : file.table ? "a table of sites" : file.problem ? "" : "is read …";
   return h(
     "article",
@@ -142,21 +144,21 @@ function card(file) {
         } }, "Fit this"),
         file.ready && fitted !== null && file.number !== fitted && file.number !== second &&
           h("button", { type: "button", onclick: () => act("use", { fitted, second: file.number }) }, "Use as second"),
-        file.number === second && h("button", { type: "button", onclick: () => act("use", { fitted, second: null }) }, "Remove as second"),
-        ((file.ready && file.sites > 1) || file.table) && h("button", { type: "button", onclick: () => act("map", { file: file.number }).then((done) => done !== undefined && go("map")) }, "Map"),
+        fitted !== null && file.number === second && h("button", { type: "button", onclick: () => act("use", { fitted, second: null }) }, "Remove as second"),
+        ((file.ready && sites > 1) || file.table) && h("button", { type: "button", onclick: () => act("map", { file: file.number }).then((done) => done !== undefined && go("map")) }, "Map"),
         h("button", { type: "button", class: "quiet", "aria-label": `Take ${file.name} from the desk`, onclick: () => act("forget", { file: file.number }) }, "Remove"),
       ),
     ),
     file.ready
-      ? file.notes?.length > 0 && h("details", {}, h("summary", {}, "How it was read"), h("ul", { class: "notes" }, file.notes.map((/** @type {string} */ note) => h("li", {}, note))))
+      ? file.notes && file.notes.length > 0 && h("details", {}, h("summary", {}, "How it was read"), h("ul", { class: "notes" }, file.notes.map((note) => h("li", {}, note))))
       : file.problem && layout(file),
   );
 }
 
-/** The form of what a file does not tell. @param {any} file */
+/** The form of what a file does not tell. @param {import("./told.js").FileMessage} file */
 function layout(file) {
-  const { preview } = file, given = file.layout, choices = told.choices ?? {};
-  const names = preview?.columns.map((/** @type {any} */ column) => column.name) ?? [];
+  const { preview } = file, given = /** @type {Record<string, string>} */ (file.layout), { choices } = told;
+  const names = preview?.columns.map((column) => column.name) ?? [];
   const bag = preview?.kind === "bag";
   const form = h(
     "form",
@@ -169,7 +171,7 @@ function layout(file) {
         act("define", { file: file.number, layout: stated }, form);
       },
     },
-    h("p", { class: "problem" }, plain(file.problem.told)),
+    h("p", { class: "problem" }, plain(file.problem?.told ?? "")),
     h(
       "div",
       { class: "form" },
@@ -177,33 +179,33 @@ function layout(file) {
       choice("positions grow", "position_polarity", ["into", "out"], given.position_polarity ?? "into"),
       ["time", "position", "force"].filter((role) => !(bag && role === "time")).map((role) =>
         names.length ? choice(role, role, names, given[role], "as its name tells") : entry(role, role, given[role], "name of a column")),
-      choice("unit of the position", "position_unit", choices.position_unit ?? [], given.position_unit, "as told, else m"),
-      choice("unit of the force", "force_unit", choices.force_unit ?? [], given.force_unit, "as told, else N"),
-      !bag && choice("unit of the time", "time_unit", choices.time_unit ?? [], given.time_unit, "as told, else s"),
+      choice("unit of the position", "position_unit", choices?.position_unit ?? [], given.position_unit, "as told, else m"),
+      choice("unit of the force", "force_unit", choices?.force_unit ?? [], given.force_unit, "as told, else N"),
+      !bag && choice("unit of the time", "time_unit", choices?.time_unit ?? [], given.time_unit, "as told, else s"),
       !bag && entry("samples a second, without a time", "sample_rate", given.sample_rate, "Hz"),
       bag && choice("clock", "clock", ["stamps", "recorder"], given.clock, "as they agree"),
       h("button", { type: "submit", class: "main" }, "Read"),
     ),
     preview && names.length > 0 && !bag && table(preview),
   );
-  mark(form, file.problem.fields);
+  mark(form, file.problem?.fields ?? []);
   return form;
 }
 
-/** @param {any} preview */
+/** @param {import("./told.js").PreviewMessage} preview */
 function table(preview) {
-  const rows = Math.max(...preview.columns.map((/** @type {any} */ column) => column.first.length));
+  const rows = Math.max(...preview.columns.map((column) => column.first.length));
   return h(
     "div",
     { class: "tablewrap", tabindex: 0, role: "region", "aria-label": "First rows" },
     h(
       "table",
       {},
-      h("thead", {}, h("tr", {}, preview.columns.map((/** @type {any} */ column) =>
+      h("thead", {}, h("tr", {}, preview.columns.map((column) =>
         h("th", { scope: "col" }, h("div", {}, column.name, column.unit && ` — ${column.unit}`),
           column.sketch.length > 1 && h("canvas", { width: 256, height: 72, "data-sketch": JSON.stringify(column.sketch), role: "img", "aria-label": `Course of ${column.name}` }))))),
       h("tbody", {}, Array.from({ length: rows }, (_, row) =>
-        h("tr", {}, preview.columns.map((/** @type {any} */ column) => h("td", { class: "mono" }, column.first[row] ?? ""))))),
+        h("tr", {}, preview.columns.map((column) => h("td", { class: "mono" }, column.first[row] ?? ""))))),
     ),
   );
 }

@@ -1,6 +1,6 @@
 // Effects of one's own: from a file, or typed; their program runs after consent only.
 
-import { act, on, say, told } from "./app.js";
+import { act, needDesk, on, say } from "./app.js";
 import { fill, h } from "./elements.js";
 
 const TEMPLATE = `"""An effect of my own: a further force of the tissue on the tip."""
@@ -28,9 +28,10 @@ export function own() {
   const file = h("input", {
     type: "file", accept: ".py", "aria-label": "File of effects",
     onchange: async () => {
-      if (!file.files[0]) return;
-      code.value = await file.files[0].text();
-      name.value = file.files[0].name;
+      const chosen = file.files?.[0];
+      if (!chosen) return;
+      code.value = await chosen.text();
+      name.value = chosen.name;
       consent.checked = false;
     },
   });
@@ -43,7 +44,7 @@ export function own() {
         const found = await act("effects", { text: code.value, name: name.value, consent: consent.checked }, form);
         if (!found) return;
         form.querySelector(".problem")?.replaceChildren();
-        say(`${found.map((/** @type {any} */ each) => each.name).join(", ")} can be tried; rank again, or add it.`, true);
+        say(`${found.map((each) => each.name).join(", ")} can be tried; rank again, or add it.`, true);
       },
     },
     h("div", { style: { display: "grid", gap: "0.5rem" } },
@@ -53,7 +54,7 @@ export function own() {
       h("p", { class: "problem" }),
       h("button", { type: "submit" }, "Check and take")),
   );
-  on("desk", () => fill(known, (told.desk.own ?? []).map((/** @type {any} */ each) =>
+  on("desk", () => fill(known, (needDesk().own ?? []).map((each) =>
     h("div", { class: "row spread" }, h("span", {}, h("b", {}, each.name), h("span", { class: "small soft" }, ` from ${each.file}`)),
       h("button", { type: "button", class: "tiny", onclick: () => act("add", { effect: each.name }) }, "Add")))));
   return h("section", {}, known, h("details", {}, h("summary", {}, "Effects of your own"), form));

@@ -60,7 +60,7 @@ const CLICK = 3;
 export class Plot {
   /**
    * @param {Look} look
-   * @param {...any} caption
+   * @param {...import("./elements.js").Child} caption
    */
   constructor(look, ...caption) {
     this.look = look;
@@ -74,8 +74,8 @@ export class Plot {
     this.limits = {};
     this.dense = false;
     /** @type {uPlot.AlignedData} */
-    this.data = /** @type {any} */ ([[], ...look.lines.map(() => [])]);
-    this.caption = h("div", { class: "caption" }, caption);
+    this.data = /** @type {uPlot.AlignedData} */ ([[], ...look.lines.map(() => [])]);
+    this.caption = h("div", { class: "caption" }, ...caption);
     this.canvas = h("div", { class: "canvas" });
     this.readout = h("div", { class: "readout" });
     this.element = h(
@@ -103,7 +103,7 @@ export class Plot {
 
   /**
    * @param {ArrayLike<number>} x
-   * @param {ArrayLike<number>[]} lines
+   * @param {ArrayLike<number | null>[]} lines
    * @param {{x?: [number, number], y?: [number, number]}} [limits]
    * @param {boolean} [dense] whether several samples lie in a pixel
    */
@@ -113,7 +113,7 @@ export class Plot {
     this.drawn?.series.forEach((series, number) => {
       if (number) series.width = this.widthOf(this.look.lines[number - 1]);
     });
-    this.data = /** @type {any} */ ([x, ...lines]);
+    this.data = /** @type {uPlot.AlignedData} */ (/** @type {unknown} */ ([x, ...lines]));
     if (this.drawn) this.drawn.setData(this.data, true);
     else this.make();
   }
@@ -269,10 +269,10 @@ export class Plot {
   /** Tell every curve's value at the cursor. @param {uPlot} plot */
   read(plot) {
     const at = plot.cursor.idx, x = at === null || at === undefined ? undefined : this.data[0][at];
-    const write = (/** @type {any} */ value) => (value === null || value === undefined ? "–" : short(value, 4));
+    const write = (/** @type {number | null | undefined} */ value) => (value === null || value === undefined ? "–" : short(value, 4));
     this.readout.textContent = this.look.points || x === undefined || (plot.cursor.left ?? -1) < 0 ? ""
       : [write(x), ...this.look.lines.map((line, number) => [line.label, this.data[number + 1][/** @type {number} */ (at)]])
-        .filter(([, value]) => typeof value === "number").map(([label, value]) => `${label} ${write(value)}`)].join(" · ");
+        .flatMap(([label, value]) => (typeof value === "number" ? [`${label} ${write(value)}`] : []))].join(" · ");
   }
 
   /** Save what is drawn, with its caption, as a picture. */
@@ -282,11 +282,12 @@ export class Plot {
     const size = fontSize() * devicePixelRatio, head = Math.round(1.9 * size);
     const picture = h("canvas", { width: drawn.width, height: drawn.height + head });
     const ctx = picture.getContext("2d");
+    if (!ctx) return;
     ctx.fillStyle = colour("card");
     ctx.fillRect(0, 0, picture.width, picture.height);
     ctx.fillStyle = colour("ink");
     ctx.font = `${0.85 * size}px system-ui, "DejaVu Sans", sans-serif`;
-    const caption = [...this.caption.childNodes].map((/** @type {any} */ each) => each.textContent.trim()).filter(Boolean).join("  ");
+    const caption = [...this.caption.childNodes].map((each) => each.textContent?.trim()).filter(Boolean).join("  ");
     ctx.fillText(caption, 0.6 * size, 1.25 * size);
     ctx.drawImage(drawn, 0, head);
     const link = h("a", { href: picture.toDataURL("image/png"), download: `${this.look.name}.png` });

@@ -1,6 +1,6 @@
 // The model to begin with: rig, tissue, how the samples begin, what is known of the rig.
 
-import { act, on, told } from "./app.js";
+import { act, needChoices, needDesk, on, told } from "./app.js";
 import { choice, entry, fill, h } from "./elements.js";
 
 /** @param {Element} place */
@@ -18,7 +18,7 @@ export function question(place) {
 }
 
 function form() {
-  const { asked } = told.desk, { choices } = told;
+  const { asked } = needDesk(), choices = needChoices();
   const element = h(
     "form",
     {
@@ -26,7 +26,7 @@ function form() {
       onsubmit: (/** @type {SubmitEvent} */ event) => {
         event.preventDefault();
         const given = new FormData(element);
-        const stated = choices.question.map((/** @type {any} */ item) => [item.name, taken(item, given.get(item.name))]);
+        const stated = choices.question.map((item) => [item.name, taken(item, given.get(item.name))]);
         act("ask", { asked: Object.fromEntries(stated) }, element).then((done) => {
           if (done !== undefined) element.querySelector(".problem")?.replaceChildren();
         });
@@ -36,7 +36,7 @@ function form() {
     h(
       "div",
       { class: "form" },
-      choices.question.map((/** @type {any} */ item) => control(item, asked[item.name])),
+      choices.question.map((item) => control(item, asked[item.name])),
       h("button", { type: "submit" }, "Apply"),
     ),
     h("p", { class: "problem" }),
@@ -46,21 +46,21 @@ function form() {
 
 /**
  * The control by which something is stated.
- * @param {any} item
- * @param {any} now
+ * @param {import("./told.js").ItemMessage} item
+ * @param {unknown} now
  */
 function control(item, now) {
-  if (item.kind === "choice") return choice(item.label, item.name, item.choices, now, item.name === "rig" ? "not said" : undefined);
+  if (item.kind === "choice") return choice(item.label, item.name, item.choices, /** @type {string | null} */ (now), item.name === "rig" ? "not said" : undefined);
   if (item.kind === "flag") {
     return h("label", { class: "check", title: item.about }, h("input", { type: "checkbox", name: item.name, checked: now }), item.label);
   }
-  const text = item.kind === "constants" || item.kind === "odds" ? written(now) : now;
+  const text = item.kind === "constants" || item.kind === "odds" ? written(/** @type {Record<string, [number, number] | number>} */ (now)) : /** @type {string | number | null} */ (now);
   return entry(item.label, item.name, text, item.example);
 }
 
 /**
  * What a control states, as the server takes it.
- * @param {any} item
+ * @param {import("./told.js").ItemMessage} item
  * @param {FormDataEntryValue | null} stated
  */
 function taken(item, stated) {
@@ -78,7 +78,7 @@ function written(values) {
  * @param {string} text
  */
 function read(text) {
-  /** @type {Record<string, any>} */
+  /** @type {Record<string, string[]>} */
   const found = {};
   for (const part of text.split(/[,;]\s*/).filter(Boolean)) {
     const [name, numbers = ""] = part.split("=");

@@ -7,7 +7,7 @@ import { Plot } from "./plot.js";
 /** The recording that is fitted, or will be; while there is no map of it to be waited for. */
 export function recordedFile() {
   const { files = [], fitted = null } = told.desk ?? {};
-  const chosen = files.find((/** @type {any} */ each) => each.number === fitted);
+  const chosen = files.find((each) => each.number === fitted);
   return [chosen, files.at(-1)].find((each) => each?.ready) ?? null;
 }
 
@@ -19,13 +19,13 @@ export class Recorded {
     this.head = h("div", { class: "head" });
     this.element = h("div", { class: "work bare" }, h("div", { class: "charts" },
       h("div", { class: "column recorded" }, this.head, this.force.element, this.position.element)));
-    /** @type {any} */
+    /** @type {import("./told.js").FileMessage | null} */
     this.file = null;
     on("theme", () => [this.force, this.position].forEach((plot) => plot.restyle()));
     on("job", () => this.file && this.showHead());
   }
 
-  /** @param {any} file */
+  /** @param {import("./told.js").FileMessage} file */
   async set(file) {
     const same = this.file?.number === file.number && this.file.samples === file.samples && this.file.problem === file.problem;
     this.file = file;
@@ -34,7 +34,7 @@ export class Recorded {
     const width = Math.round(this.force.canvas.clientWidth * devicePixelRatio) || 900;
     try {
       const { arrays } = await ask("recorded", { file: file.number, width: Math.min(width, 8192) });
-      if (this.file !== file && this.file.number !== file.number) return;
+      if (this.file.number !== file.number) return;
       this.force.show(arrays.time, [arrays.force]);
       this.position.show(arrays.time, [Float64Array.from(arrays.position, (value) => 1e3 * value)]);
     } catch (error) {
@@ -43,6 +43,6 @@ export class Recorded {
   }
 
   showHead() {
-    fill(this.head, h("h3", {}, this.file.name), h("span", { class: "soft" }, told.job ? `as recorded; ${told.job.title}` : "as recorded"));
+    fill(this.head, h("h3", {}, this.file?.name), h("span", { class: "soft" }, told.job ? `as recorded; ${told.job.title}` : "as recorded"));
   }
 }

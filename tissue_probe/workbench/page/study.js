@@ -7,9 +7,9 @@ import { short } from "./numbers.js";
 /** Rows that are shown at once; the filter finds the others. */
 const SHOWN = 500;
 
-/** @param {any} value */
+/** @param {import("./told.js").StudyMessage["rows"][number][number]} value */
 function cell(value) {
-  return typeof value === "number" ? short(value, 4) : value ?? "";
+  return typeof value === "number" ? short(value, 4) : String(value ?? "");
 }
 
 /** The section of the study; nothing where none was opened. */
@@ -30,22 +30,23 @@ export function study() {
 
   function draw() {
     const words = filter.value.toLowerCase().split(/\s+/).filter(Boolean);
+    if (!told.study) return;
     const { columns, rows } = told.study;
     const found = rows
-      .map((/** @type {any[]} */ cells, /** @type {number} */ row) => ({ cells, row }))
-      .filter((/** @type {{cells: any[]}} */ { cells }) => {
+      .map((cells, row) => ({ cells, row }))
+      .filter(({ cells }) => {
         const text = cells.map(cell).join(" ").toLowerCase();
-        return words.every((/** @type {string} */ word) => text.includes(word));
+        return words.every((word) => text.includes(word));
       });
     count.textContent = `${found.length} of ${rows.length} recordings${found.length > SHOWN ? `, the first ${SHOWN} shown` : ""}`;
-    fill(head, h("tr", {}, columns.map((/** @type {string} */ name) => h("th", {}, name.replaceAll("_", " ")))));
-    fill(body, found.slice(0, SHOWN).map((/** @type {{cells: any[], row: number}} */ { cells: [name, ...others], row }) =>
-      h("tr", {}, h("td", {}, h("button", { type: "button", class: "quiet", onclick: () => open(row) }, name)), others.map((value) => h("td", {}, cell(value))))));
+    fill(head, h("tr", {}, columns.map((name) => h("th", {}, name.replaceAll("_", " ")))));
+    fill(body, found.slice(0, SHOWN).map(({ cells: [name, ...others], row }) =>
+      h("tr", {}, h("td", {}, h("button", { type: "button", class: "quiet", onclick: () => open(row) }, cell(name))), others.map((value) => h("td", {}, cell(value))))));
   }
 
-  on("study", () => {
+  on("study", (news) => {
     element.hidden = false;
-    title.textContent = told.study.name;
+    title.textContent = news.name;
     draw();
   });
   return element;

@@ -1,6 +1,6 @@
 // Take away: model, report, notebook, the whole state.
 
-import { on, refuse, told } from "./app.js";
+import { needDesk, on, refuse } from "./app.js";
 import { Refused } from "./connection.js";
 import { fill, h } from "./elements.js";
 
@@ -15,7 +15,7 @@ const FILES = [
 export function take() {
   const cards = h("div", { class: "cards" });
   on("desk", () => {
-    const there = /** @type {Record<string, boolean>} */ ({ model: told.desk.rungs.length > 0, map: Boolean(told.desk.map), file: told.desk.files.length > 0 });
+    const there = /** @type {Record<string, boolean>} */ ({ model: needDesk().rungs.length > 0, map: Boolean(needDesk().map), file: needDesk().files.length > 0 });
     fill(cards, FILES.map((each) => h("button", {
       type: "button", disabled: !there[each.needs], "data-take": each.name, "data-key": each.name, onclick: () => fetched(each.name),
     }, h("b", {}, each.title), h("span", { class: "small soft" }, each.text), h("span", { class: "mono soft" }, each.name))));

@@ -12,8 +12,8 @@ import shutil
 from pathlib import Path
 from typing import Any
 
-from tissue_probe.workbench.declared import as_object
-from tissue_probe.workbench.refused import RequestRefused
+from tissue_probe.workbench.declaration import as_object
+from tissue_probe.workbench.refusal import RequestRefused
 
 
 class Kept:

@@ -10,20 +10,29 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tissue_probe.sensor.free_air import AXES, UNITS
-from tissue_probe.sensor.numbers import BIAS, CORE, DELAY, GAINS, LOAD, RATE, Point, gain_columns
+from tissue_probe.sensor.free_air import WRENCH_AXES, WRENCH_UNITS
+from tissue_probe.sensor.numbers import (
+    BIAS_PLACES,
+    CORE,
+    DELAY_PLACE,
+    GAINS,
+    LOAD,
+    RATE_PLACES,
+    Point,
+    gain_columns,
+)
 from tissue_probe.signals import FloatArray
 
 #: Usual motion: gravity [m/s2], angular velocity [rad/s] and acceleration [rad/s2], and how long
 #: after [s].
-TURNED_OVER, TURNS, SPINS_UP, AFTER = 9.8, 2.0, 5.0, 30.0
+TURNED_OVER, TURNING_SPEED, SPINS_UP, USED_FOR = 9.8, 2.0, 5.0, 30.0
 
 #: Numbers whose part a cable's smooth function of the pose can play, too.
-ONE_WITH_CABLE = ("mass", "centre", "gain", "bias")
+CABLE_SHARES = ("mass", "centre", "gain", "bias")
 
 
 @dataclass(frozen=True)
-class Number:
+class SensorNumber:
     """One number: name, unit, value, and the standard deviation of its error.
 
     ``error_of_wrench`` is how much of a wrench this error makes in usual motion, over the noise;
@@ -45,7 +54,7 @@ class Number:
 
 def numbers(
     point: Point, covariance: FloatArray, noise: FloatArray, cabled: bool = False
-) -> list[Number]:
+) -> list[SensorNumber]:
     """Return mass, centre, inertia, ratios of gains, delay, biases and drifts.
 
     Parameters
@@ -79,24 +88,24 @@ def numbers(
         add(f"inertia_{pair}", "kg m2", sign * values[place], unit[place], SPINS_UP / torque)
     gains, slopes = point.gains, gain_columns()
     pulled = TURNED_OVER * np.abs(values[0]), TURNED_OVER * np.linalg.norm(values[1:4])
-    for axis, name in enumerate(AXES):
+    for axis, name in enumerate(WRENCH_AXES):
         slope = np.zeros(CORE)
         slope[GAINS] = gains[axis] * slopes[axis]
         worth = pulled[axis // 3] / noise[axis]
         add(f"gain_{name}", "1", float(gains[axis]), slope, worth)
-    add("delay", "s", values[DELAY], unit[DELAY], TURNS * pulled[0] / force)
-    for axis, name in enumerate(AXES):
-        place = BIAS.start + axis
-        add(f"bias_{name}", UNITS[axis], values[place], unit[place], 1.0 / noise[axis])
-    for axis, name in enumerate(AXES):
-        place = RATE.start + axis
-        worth = AFTER / noise[axis]
-        add(f"drift_{name}", f"{UNITS[axis]}/s", values[place], unit[place], worth)
+    add("delay", "s", values[DELAY_PLACE], unit[DELAY_PLACE], TURNING_SPEED * pulled[0] / force)
+    for axis, name in enumerate(WRENCH_AXES):
+        place = BIAS_PLACES.start + axis
+        add(f"bias_{name}", WRENCH_UNITS[axis], values[place], unit[place], 1.0 / noise[axis])
+    for axis, name in enumerate(WRENCH_AXES):
+        place = RATE_PLACES.start + axis
+        worth = USED_FOR / noise[axis]
+        add(f"drift_{name}", f"{WRENCH_UNITS[axis]}/s", values[place], unit[place], worth)
     found = []
     for name, of_what, value, slope, worth in rows:
         deviation = float(np.sqrt(slope @ covariance @ slope))
-        one = cabled and name.startswith(ONE_WITH_CABLE)
-        found.append(Number(name, of_what, float(value), deviation, deviation * worth, one))
+        one = cabled and name.startswith(CABLE_SHARES)
+        found.append(SensorNumber(name, of_what, float(value), deviation, deviation * worth, one))
     return found
 
 

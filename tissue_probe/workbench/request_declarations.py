@@ -10,10 +10,10 @@ from typing import Annotated, Any, Literal
 
 from pydantic import AfterValidator, Field
 
-from tissue_probe.workbench.declared import Declared, as_object, check_declared, shorten_value
-from tissue_probe.workbench.opened import checked_layout
-from tissue_probe.workbench.question import checked_question
-from tissue_probe.workbench.refused import RequestRefused
+from tissue_probe.workbench.declaration import Declared, as_object, check_declared, shorten_value
+from tissue_probe.workbench.opened_file import check_layout
+from tissue_probe.workbench.question import check_question
+from tissue_probe.workbench.refusal import RequestRefused
 
 #: Longest request [characters]: effects of one's own are typed, and take some hundred lines.
 LONGEST_REQUEST = 2**20
@@ -23,8 +23,8 @@ WIDEST_PAGE = 8192
 UINT32 = 2**32 - 1
 
 Pixels = Annotated[int, Field(ge=1, le=WIDEST_PAGE)]
-Layout = Annotated[dict[str, Any], AfterValidator(checked_layout)]
-Stated = Annotated[dict[str, Any], AfterValidator(checked_question)]
+Layout = Annotated[dict[str, Any], AfterValidator(check_layout)]
+Stated = Annotated[dict[str, Any], AfterValidator(check_question)]
 Axis = Literal["time", "indentation", "speed", "phase"]
 
 

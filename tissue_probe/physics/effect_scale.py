@@ -9,6 +9,7 @@ import math
 from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from functools import lru_cache
+from typing import Any
 
 import sympy as sp
 
@@ -61,7 +62,7 @@ _TOLD = {entry.name: entry.unit for entry in (*CONSTANTS.values(), *TISSUE)}
 
 
 @lru_cache(maxsize=1024)
-def sized(effect: Effect, scale: Scale) -> Effect:
+def resize_effect(effect: Effect, scale: Scale) -> Effect:
     """Return an effect of the library for a record of a size: bounds, starts, constants alike.
 
     A depth of 1 mm that its law refers to is one of 1 um where lengths are in micrometres.
@@ -73,7 +74,7 @@ def sized(effect: Effect, scale: Scale) -> Effect:
     """
     if scale.is_usual:
         return effect
-    forms = tuple(sized(form, scale) for form in effect.forms)
+    forms = tuple(resize_effect(form, scale) for form in effect.forms)
     return replace(over(effect, scale.inverse), forms=forms, origin=effect, scale=scale)
 
 
@@ -95,8 +96,12 @@ def over(effect: Effect, scale: Scale) -> Effect:
     def found(values: Mapping[str, float]) -> dict[str, float]:
         return {name: each * known.get(name, 1.0) for name, each in values.items()}
 
+    acts = {name: turn(getattr(effect, name), unit) for name, unit in _ACTS.items()}
+    ways = {name: _way(turn, getattr(effect, name)) for name in _WAYS}
+    changed: dict[str, Any] = acts | ways
     return replace(
         effect,
+        **changed,
         parameters=tuple(
             replace(
                 each,
@@ -106,8 +111,6 @@ def over(effect: Effect, scale: Scale) -> Effect:
             )
             for each in effect.parameters
         ),
-        **{name: turn(getattr(effect, name), unit) for name, unit in _ACTS.items()},
-        **{name: _way(turn, getattr(effect, name)) for name in _WAYS},
         sampled=None if effect.sampled is None else turn(effect.sampled, "m"),
         states=tuple(turn.state(each) for each in effect.states),
         switches=tuple(turn.switch(each) for each in effect.switches),

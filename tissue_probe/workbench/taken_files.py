@@ -14,9 +14,9 @@ from starlette.requests import Request
 from starlette.responses import PlainTextResponse, Response
 
 from tissue_probe.workbench.notebook import notebook
-from tissue_probe.workbench.refused import RequestRefused
+from tissue_probe.workbench.refusal import RequestRefused
 from tissue_probe.workbench.requests import Requests
-from tissue_probe.workbench.state import ENDING, packed_state
+from tissue_probe.workbench.state import STATE_ENDING, pack_state
 
 #: Of each file its type, told to the browser.
 TAKEN_TYPES = {
@@ -24,7 +24,7 @@ TAKEN_TYPES = {
     "report.html": "text/html",
     "map.html": "text/html",
     "steps.ipynb": "application/x-ipynb+json",
-    f"desk{ENDING}": "application/zip",
+    f"desk{STATE_ENDING}": "application/zip",
 }
 
 
@@ -54,7 +54,7 @@ async def _content(name: str, requests: Requests) -> bytes:
         return found
     if name == "steps.ipynb":
         return notebook(desk).encode()
-    return await asyncio.to_thread(packed_state, desk)
+    return await asyncio.to_thread(pack_state, desk)
 
 
 async def _write_bytes(name: str, write: Callable[[Path], object]) -> bytes:

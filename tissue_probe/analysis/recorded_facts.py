@@ -109,7 +109,7 @@ def gather_sites(recording: Recording, estimates: Sequence[TissueEstimates]) -> 
     return builder
 
 
-def recorded_phantom(recording: Recording) -> Phantom | FeltTable | None:
+def find_phantom(recording: Recording) -> Phantom | FeltTable | None:
     """Return the phantom of a simulated run; None where none is recorded that can be read."""
     for parameters in recording.metadata.values():
         description = metadata_value(metadata_value(parameters.get("device_description")))

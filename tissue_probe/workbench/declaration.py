@@ -11,7 +11,7 @@ from typing import Any, TypeVar
 from pydantic import BaseModel, ConfigDict, ValidationError
 from pydantic_core import ErrorDetails, from_json
 
-from tissue_probe.workbench.refused import RequestRefused
+from tissue_probe.workbench.refusal import RequestRefused
 
 
 class Declared(BaseModel):

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from tissue_probe.analysis.choices import FILTERED_RIGS, OWN_RIG
+from tissue_probe.analysis.choices import OWN_RIG, FilteredRig
 from tissue_probe.cli.options_named import with_options
 
 if TYPE_CHECKING:
@@ -190,8 +190,6 @@ Site = Annotated[
     typer.Option(metavar="NUMBER", help="Site of a scan; each is another piece of tissue."),
 ]
 
-#: Rigs that filters run on.
-FilteredRig = Enum("FilteredRig", {name: name for name in FILTERED_RIGS}, type=str)
 
 FilteredRigOption = Annotated[
     FilteredRig | None,

@@ -10,8 +10,8 @@ from tissue_probe.analysis.measurements import Measurements
 from tissue_probe.analysis.previewing import Preview
 from tissue_probe.errors import ParameterError
 from tissue_probe.recording.layout import STATEMENT_KINDS
-from tissue_probe.workbench import stated
-from tissue_probe.workbench.refused import RequestRefused
+from tissue_probe.workbench import form_values
+from tissue_probe.workbench.refusal import RequestRefused
 
 #: Statements that a page writes as text, and that are numbers.
 TYPED_NUMBERS = ("sample_rate",)
@@ -54,7 +54,7 @@ class Opened:
     problem: RequestRefused | None = None
 
 
-def checked_layout(given: dict[str, Any]) -> dict[str, Any]:
+def check_layout(given: dict[str, Any]) -> dict[str, Any]:
     """Return a page's statements on a file, as ``tissue_probe.read`` takes them; blanks left out.
 
     Raises
@@ -66,7 +66,7 @@ def checked_layout(given: dict[str, Any]) -> dict[str, Any]:
     for name, value in given.items():
         if name not in STATEMENT_KINDS:
             raise RequestRefused(f"there is no parameter {name} of reading")
-        known = (stated.number if name in TYPED_NUMBERS else stated.text)(name, value)
+        known = (form_values.number if name in TYPED_NUMBERS else form_values.text)(name, value)
         if known is None:
             continue
         try:

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import time
 from dataclasses import asdict
-from typing import Any
+from typing import Any, cast
 
 from tissue_probe.analysis import fit_shown
 from tissue_probe.analysis.choices import RIG_CARDS
@@ -16,45 +16,66 @@ from tissue_probe.quantities import SIDE
 from tissue_probe.recording.units import FORCE_UNITS, POSITION_UNITS, TIME_UNITS, VELOCITY_UNITS
 from tissue_probe.workbench import examples
 from tissue_probe.workbench.desk import Desk, Ranking, Rung
-from tissue_probe.workbench.mapped import told_map
-from tissue_probe.workbench.opened import Opened
+from tissue_probe.workbench.map_messages import tell_map
+from tissue_probe.workbench.opened_file import Opened
+from tissue_probe.workbench.page_messages import (
+    AnswerMessage,
+    ChoicesMessage,
+    DeskMessage,
+    FileMessage,
+    ItemMessage,
+    JobMessage,
+    MapMessage,
+    ParameterMessage,
+    PreviewMessage,
+    ProblemMessage,
+    QuantityMessage,
+    RankingMessage,
+    RungMessage,
+    SecondMessage,
+    StretchesMessage,
+)
 from tissue_probe.workbench.question import PAGE_ITEMS
-from tissue_probe.workbench.refused import RequestRefused
+from tissue_probe.workbench.refusal import RequestRefused
 
 #: A slider goes to this many times its 95 % interval, and at least so far from the value in shares
 #: of it: to see the influence of a parameter it must be moved by more than it is known.
-INTERVALS, LEAST = 4.0, 0.5
+INTERVALS, LEAST_REACH = 4.0, 0.5
 
 
-def choices() -> dict[str, Any]:
-    """Return the choices of the forms."""
+def choices(live: bool, commands: bool) -> ChoicesMessage:
+    """Return the choices of the forms, and whether ROS is heard and its nodes obey."""
     return {
-        "question": [each._asdict() for each in PAGE_ITEMS if each.label],
-        "rigs": RIG_CARDS,
+        "question": [cast(ItemMessage, each._asdict()) for each in PAGE_ITEMS if each.label],
+        "rigs": [
+            {"name": each["name"], "whose": each["whose"], "drawing": each["drawing"]}
+            for each in RIG_CARDS
+        ],
         "position_unit": [*POSITION_UNITS, *VELOCITY_UNITS],
         "force_unit": [*FORCE_UNITS],
         "time_unit": [*TIME_UNITS],
         "examples": examples.describe_examples(),
+        "live": live,
+        "commands": commands,
     }
 
 
-def desk(desk: Desk) -> dict[str, Any]:
+def desk(desk: Desk) -> DeskMessage:
     """Return the whole desk; files by their names, since no page is to know where they lie."""
-    told = {
+    told: DeskMessage = {
         "files": [_file(opened) for opened in desk.files.values()],
         "fitted": desk.fitted,
         "second": desk.second,
-        "asked": asdict(desk.asked),
+        "asked": desk.asked.parameters(),
         "rungs": [_describe_rung(rung) for rung in desk.rungs],
         "ranking": _describe_ranking(desk.ranking),
         "map": _map(desk),
         "own": desk.own,
         "job": job(desk),
         "wants_rig": desk.wants_rig,
-        "refusal": desk.refusal and _problem(desk.refusal),
+        "refusal": None if desk.refusal is None else _problem(desk.refusal),
     }
-    whole: dict[str, Any] = without_paths(desk, told)
-    return whole
+    return cast(DeskMessage, without_paths(desk, told))
 
 
 def without_paths(desk: Desk, told: Any) -> Any:
@@ -68,11 +89,11 @@ def without_paths(desk: Desk, told: Any) -> Any:
     return [without_paths(desk, each) for each in told] if isinstance(told, (list, tuple)) else told
 
 
-def _problem(refused: RequestRefused) -> dict[str, Any]:
+def _problem(refused: RequestRefused) -> ProblemMessage:
     return {"told": str(refused), "fields": refused.fields}
 
 
-def job(desk: Desk) -> dict[str, Any] | None:
+def job(desk: Desk) -> JobMessage | None:
     """Return the job under way, with the rows of a ranking so far."""
     if desk.job is None:
         return None
@@ -85,8 +106,8 @@ def job(desk: Desk) -> dict[str, Any] | None:
     }
 
 
-def _file(opened: Opened) -> dict[str, Any]:
-    told: dict[str, Any] = {
+def _file(opened: Opened) -> FileMessage:
+    told: FileMessage = {
         "number": opened.number,
         "name": opened.name,
         "layout": opened.layout,
@@ -98,7 +119,7 @@ def _file(opened: Opened) -> dict[str, Any]:
     if opened.problem is not None:
         told["problem"] = _problem(opened.problem)
     if opened.preview is not None:
-        told["preview"] = asdict(opened.preview)
+        told["preview"] = cast(PreviewMessage, asdict(opened.preview))
     if opened.measured is not None:
         parts = [part.recording for part in opened.measured.parts]
         period = parts[0].blocks[0].sample_period
@@ -112,14 +133,14 @@ def _file(opened: Opened) -> dict[str, Any]:
     return told
 
 
-def _describe_rung(rung: Rung) -> dict[str, Any]:
+def _describe_rung(rung: Rung) -> RungMessage:
     fit, output = rung.compared.fit, rung.compared.fit.output
     return {
         "number": rung.number,
         "added": rung.added,
         "title": fit_shown.title(fit),
-        "output": asdict(output),
-        "input": asdict(fit.composition.input),
+        "output": cast(QuantityMessage, asdict(output)),
+        "input": cast(QuantityMessage, asdict(fit.composition.input)),
         "rmse": rung.compared.rmse,
         "heldout": rung.compared.heldout_rmse,
         "noise": rung.compared.noise,
@@ -134,7 +155,7 @@ def _describe_rung(rung: Rung) -> dict[str, Any]:
     }
 
 
-def _second(rung: Rung) -> dict[str, Any] | None:
+def _second(rung: Rung) -> SecondMessage | None:
     if rung.second is None:
         return None
     return {
@@ -144,7 +165,7 @@ def _second(rung: Rung) -> dict[str, Any] | None:
     }
 
 
-def _stretches(compared: ComparisonResult) -> dict[str, Any]:
+def _stretches(compared: ComparisonResult) -> StretchesMessage:
     fit = compared.fit
     return {
         "names": list(compared.sources),
@@ -154,34 +175,29 @@ def _stretches(compared: ComparisonResult) -> dict[str, Any]:
     }
 
 
-def _parameters(compared: ComparisonResult) -> list[dict[str, Any]]:
+def _parameters(compared: ComparisonResult) -> list[ParameterMessage]:
     """Return fitted values with their intervals, and how far a slider goes."""
     entries = {entry.name: entry for entry in compared.fit.entries}
     found = []
     for row in compared.parameters.to_dict():
         entry, value = entries[row["name"]], row["value"]
-        known = max(INTERVALS * SIDE * row["deviation"], LEAST * abs(value))
-        far = known or LEAST * abs(entry.default) or 1.0
-        found.append(
-            row
-            | {
-                "from": max(value - far, entry.lower),
-                "to": min(value + far, entry.upper),
-            }
-        )
+        known = max(INTERVALS * SIDE * row["deviation"], LEAST_REACH * abs(value))
+        far = known or LEAST_REACH * abs(entry.default) or 1.0
+        ends = {"from": max(value - far, entry.lower), "to": min(value + far, entry.upper)}
+        found.append(cast(ParameterMessage, row | ends))
     return found
 
 
-def _describe_ranking(ranking: Ranking | None) -> dict[str, Any] | None:
+def _describe_ranking(ranking: Ranking | None) -> RankingMessage | None:
     if ranking is None:
         return None
-    told: dict[str, Any] = {"rung": ranking.rung, "rows": ranking.told, "done": False}
+    told: RankingMessage = {"rung": ranking.rung, "rows": ranking.told, "done": False}
     if ranking.result is not None:
         result = ranking.result
         suggestion = result.found.suggestion
         told |= {
             "done": True,
-            "answer": ranking.answer,
+            "answer": cast(AnswerMessage, ranking.answer),
             "text": result.text,
             "converged": result.converged,
             "physics": {row["effect"]: row["physics"] for row in _physics(ranking)},
@@ -209,9 +225,10 @@ def _physics(ranking: Ranking) -> list[dict[str, str]]:
     ]
 
 
-def _map(desk: Desk) -> dict[str, Any] | None:
+def _map(desk: Desk) -> MapMessage | None:
     """Tell the map but its raster, which each page asks for once a map."""
     if desk.map is None or desk.mapped is None:
         return None
     file, number = desk.mapped
-    return {**told_map(desk.map), "number": number, "file": file, "site": desk.asked.site}
+    site = desk.asked.of_samples()["site"]
+    return {**tell_map(desk.map), "number": number, "file": file, "site": site}

@@ -7,19 +7,20 @@ about.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from tissue_probe.analysis.asked import ITEMS_BY_NAME
+from tissue_probe.analysis.question_items import ITEMS_BY_NAME
 from tissue_probe.studies.dataset import Dataset
-from tissue_probe.studies.exclusion import left_out
+from tissue_probe.studies.exclusion import explain_exclusion
 from tissue_probe.studies.key import key_of_question
 from tissue_probe.studies.plan import Plan, read_plan
-from tissue_probe.studies.row import SHOWN, SIGNALS
-from tissue_probe.studies.running import ROWS
-from tissue_probe.workbench.question import Asked
-from tissue_probe.workbench.refused import RequestRefused
+from tissue_probe.studies.row import SHOWN, SIGNAL_STATEMENTS
+from tissue_probe.studies.running import ROWS_FOLDER
+from tissue_probe.workbench.page_messages import StudyMessage
+from tissue_probe.workbench.question import PAGE_ITEMS
+from tissue_probe.workbench.refusal import RequestRefused
 
 
 @dataclass(frozen=True)
@@ -43,12 +44,14 @@ class Studied:
     @property
     def layout(self) -> dict[str, Any]:
         """The study's statements on its recordings' signals."""
-        return {name: each for name, each in self.plan.question.items() if name in SIGNALS}
+        return {
+            name: each for name, each in self.plan.question.items() if name in SIGNAL_STATEMENTS
+        }
 
     @property
     def asked(self) -> dict[str, Any]:
         """The study's statements on the model, as a page states them: those that the desk knows."""
-        known = {each.name for each in fields(Asked)}
+        known = {each.name for each in PAGE_ITEMS}
         return {
             name: _as_stated(ITEMS_BY_NAME[name].kind, given)
             for name, given in self.plan.question.items()
@@ -67,7 +70,7 @@ class Studied:
             raise RequestRefused(f"the study has no row {row}")
         return Path(self.rows[row]["path"])
 
-    def describe_study(self) -> dict[str, Any]:
+    def describe_study(self) -> StudyMessage:
         """Return the table; recordings by their names, since no page is to know where they lie."""
         shown = [name for name in SHOWN if any(name in each for each in self.rows)]
         names = [*self.plan.factors, *shown]
@@ -89,11 +92,11 @@ def _as_stated(kind: str, given: Any) -> Any:
 
 
 def _cells(row: Mapping[str, Any], names: Sequence[str]) -> list[Any]:
-    reason = left_out(row).replace(row["path"], Path(row["path"]).name)
+    reason = explain_exclusion(row).replace(row["path"], Path(row["path"]).name)
     return [*(row.get(name) for name in names), reason]
 
 
-def opened_study(path: Path) -> Studied:
+def open_study(path: Path) -> Studied:
     """Return a study that was run.
 
     Raises
@@ -106,7 +109,7 @@ def opened_study(path: Path) -> Studied:
     plan = read_plan(path)
     question = key_of_question(plan.task, plan.question)
     of = {str(each.resolve()): place for place, each in enumerate(plan.recordings)}
-    there = [each for each in Dataset(plan.output / ROWS).read() if each["path"] in of]
+    there = [each for each in Dataset(plan.output / ROWS_FOLDER).read() if each["path"] in of]
     # A plan that has changed since asks another question than the rows that are there answer.
     rows = [each for each in there if each.get("question") == question]
     if not rows:

@@ -1,6 +1,6 @@
 """The options of ``compare``, ``diagnose`` and ``improve`` on model, instrument and samples.
 
-Contents: from their declaration (``analysis.asked``) to options, and back to keywords.
+Contents: from their declaration (``analysis.question_items``) to options, and back to keywords.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from typing import Annotated, Any
 
 import typer
 
-from tissue_probe.analysis.asked import ITEMS, Item
+from tissue_probe.analysis.question_items import ITEMS, Item
 from tissue_probe.cli.arguments import in_a_folder
 from tissue_probe.cli.options_named import with_options
 
@@ -137,7 +137,7 @@ def choice(item: Item) -> tuple[Any, Any]:
     """Return the type of a choice, and its value where nothing is said."""
     # Named as Python can name them: at_rest stands for at-rest.
     names = {each.replace("-", "_"): each for each in item.choices}
-    type_ = Enum(item.name, names, type=str)
+    type_ = Enum(item.name, names, type=str)  # type: ignore[misc]  # known when the item is
     return (type_ | None, None) if item.default is None else (type_, type_(item.default))
 
 

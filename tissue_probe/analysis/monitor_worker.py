@@ -1,4 +1,4 @@
-"""A diagnosis in a process of its own: ``python -m tissue_probe.analysis.monitored``.
+"""A diagnosis in a process of its own: ``python -m tissue_probe.analysis.monitor_worker``.
 
 A pickled ``Question`` comes in on standard input, a pickled ``Verdict``, or the sentence why there
 is none, goes out on standard output; then the process ends.

@@ -10,7 +10,7 @@ from __future__ import annotations
 from typing import Any, Literal, NamedTuple
 
 from tissue_probe.analysis.choices import COURSES, RIG_NAMES, START_CHOICES, TISSUE_NAMES
-from tissue_probe.physics.rigs import OWN, named
+from tissue_probe.physics.rigs import OWN, name_rigs
 from tissue_probe.quantities import FORCE
 
 Kind = Literal["choice", "constants", "file", "files", "flag", "names", "number", "odds", "whole"]
@@ -79,7 +79,7 @@ ITEMS = (
     Item(
         "rig", "choice",
         "How the instrument couples to the tissue; in "
-        f"{named(lambda rig: rig.input is FORCE)} the force is the input, and the position is "
+        f"{name_rigs(lambda rig: rig.input is FORCE)} the force is the input, and the position is "
         "predicted.",
         choices=RIG_NAMES, else_=f"that of `model`; {OWN} in recordings of this suite", label="rig",
     ),

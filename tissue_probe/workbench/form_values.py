@@ -8,8 +8,8 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from tissue_probe.workbench.declared import shorten_value
-from tissue_probe.workbench.refused import RequestRefused
+from tissue_probe.workbench.declaration import shorten_value
+from tissue_probe.workbench.refusal import RequestRefused
 
 
 def number(name: str, value: Any) -> float | None:

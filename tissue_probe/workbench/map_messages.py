@@ -10,29 +10,40 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from tissue_probe.analysis.mapping import MapResult
-from tissue_probe.workbench.refused import RequestRefused
+from tissue_probe.analysis.mapping import Inclusion, MapResult
+from tissue_probe.workbench.page_messages import (
+    InclusionMessage,
+    MapMessage,
+    NoMessage,
+    SiteMessage,
+)
+from tissue_probe.workbench.refusal import RequestRefused
 
-#: Of an inclusion, the numbers that pages write, and the closed lines that they draw.
-INCLUSION_NUMBERS = ("x", "y", "probability", "stiffness", "stiffness_sd", "contrast")
-BOUNDARY_LINES = ("boundary_50", "boundary_95")
 
-
-def told_map(found: MapResult) -> dict[str, Any]:
+def tell_map(found: MapResult) -> MapMessage:
     """Return all but the raster, in SI units."""
     return {
         "text": found.text,
         "contrast": found.map.could_hide.contrast,
         "sites": _sites(found),
-        "inclusions": [
-            {name: getattr(one, name) for name in INCLUSION_NUMBERS}
-            | {name: getattr(one, name).tolist() for name in BOUNDARY_LINES}
-            for one in found.map.inclusions
-        ],
+        "inclusions": [_inclusion(one) for one in found.map.inclusions],
     }
 
 
-def _sites(found: MapResult) -> list[dict[str, Any]]:
+def _inclusion(one: Inclusion) -> InclusionMessage:
+    return {
+        "x": one.x,
+        "y": one.y,
+        "probability": one.probability,
+        "stiffness": one.stiffness,
+        "stiffness_sd": one.stiffness_sd,
+        "contrast": one.contrast,
+        "boundary_50": one.boundary_50.tolist(),
+        "boundary_95": one.boundary_95.tolist(),
+    }
+
+
+def _sites(found: MapResult) -> list[SiteMessage]:
     """Tell each place once: of its visits the last counts."""
     if not found.results:  # a table of sites, with no recording behind it
         sites = found.sites
@@ -53,7 +64,7 @@ def _sites(found: MapResult) -> list[dict[str, Any]]:
     ]  # fmt: skip
 
 
-def raster(found: MapResult | None) -> tuple[dict[str, Any], dict[str, NDArray[Any]]]:
+def raster(found: MapResult | None) -> tuple[NoMessage, dict[str, NDArray[Any]]]:
     """Return the layers over the raster's places, row by row; NaN where nothing is known.
 
     Raises

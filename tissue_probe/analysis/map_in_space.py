@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from tissue_probe.alike import Alike
+from tissue_probe.likeness import Alike
 from tissue_probe.mapping.height import height_at
 from tissue_probe.mapping.lift import Lift, covariance_in_space
 from tissue_probe.mapping.posterior.results import Inclusion, PosteriorMap, Raster

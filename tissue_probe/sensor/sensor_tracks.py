@@ -11,21 +11,21 @@ from dataclasses import dataclass
 import numpy as np
 
 from tissue_probe.errors import MeasurementError
-from tissue_probe.recording.clocks.channel import REACH
+from tissue_probe.recording.clocks.channel import SILENT_PERIODS
 from tissue_probe.recording.clocks.local_cubic import local_cubic
-from tissue_probe.recording.robot.settings import ROUNDING
-from tissue_probe.sensor.free_air import AXES, FreeAir
-from tissue_probe.sensor.smoothed import LONGEST_DELAY, SHORTEST
+from tissue_probe.recording.robot.settings import UNIT_ROUNDING
+from tissue_probe.sensor.free_air import WRENCH_AXES, FreeAir
+from tissue_probe.sensor.smoothed_air import LONGEST_SENSOR_DELAY, SHORTEST
 from tissue_probe.signals import LONGEST_SILENCE, NANOSECONDS, FloatArray, IntArray
 
 #: A pose that moves faster has jumped [m/s], [rad/s]: no robot does it where it feels for anything.
-FASTEST, FASTEST_TURN = 5.0, 30.0
+FASTEST_POSE, FASTEST_POSE_TURN = 5.0, 30.0
 #: Slower samples tell no motion of an arm [Hz]: the filter of the fit ends at 12.
-SLOWEST = 40.0
+LOWEST_SAMPLE_RATE = 40.0
 #: In saturation an axis stays at its greatest value for so many samples: noise does not.
 SATURATED = 10
 #: An axis with fewer values has coarse steps, at whose ends it may stay.
-COARSE = 50
+FEW_VALUES = 50
 
 
 @dataclass(frozen=True)
@@ -88,7 +88,7 @@ def stretches(
 def _check_track(name: str, track: Track, begin: int) -> None:
     if len(track.stamps) < 4:
         raise MeasurementError(f"{name} has {len(track.stamps)} samples: record a minute of both")
-    wrong = ~np.isfinite(track.rows).all(axis=1)
+    wrong = ~np.asarray(np.isfinite(track.rows).all(axis=1))
     if wrong.any():
         raise MeasurementError(
             f"{name} is not finite {_at(track, wrong, begin)}: leave such samples out, or mend "
@@ -96,15 +96,15 @@ def _check_track(name: str, track: Track, begin: int) -> None:
         )
     steps = np.diff(track.stamps)
     if (steps <= 0).any():
-        wrong = np.concatenate([[False], steps <= 0])
+        wrong = np.concatenate([np.array([False]), steps <= 0])
         raise MeasurementError(
             f"the times of {name} do not ascend {_at(track, wrong, begin)}: sort the samples, and "
             "leave out those that come twice"
         )
     rate = NANOSECONDS / float(np.median(steps))
-    if rate < SLOWEST:
+    if rate < LOWEST_SAMPLE_RATE:
         raise MeasurementError(
-            f"{name} comes {rate:.3g} times a second: record at {SLOWEST:g} Hz or more"
+            f"{name} comes {rate:.3g} times a second: record at {LOWEST_SAMPLE_RATE:g} Hz or more"
         )
 
 
@@ -119,8 +119,8 @@ def _check_wrench(track: Track, begin: int) -> None:
             f"the wrench stops at {when:.2f} s: for {lasted / NANOSECONDS:.2g} s it repeats one "
             "value to the last bit; does its sensor or its driver hang?"
         )
-    for axis, values in zip(AXES, track.rows.T, strict=True):
-        if np.unique(values).size < COARSE:
+    for axis, values in zip(WRENCH_AXES, track.rows.T, strict=True):
+        if np.unique(values).size < FEW_VALUES:
             continue
         for extreme in (values.max(), values.min()):
             held = _longest(values[1:] == extreme)
@@ -134,7 +134,7 @@ def _check_wrench(track: Track, begin: int) -> None:
 
 def _check_poses(track: Track, begin: int) -> None:
     length = np.linalg.norm(track.rows[:, 3:], axis=1)
-    wrong = np.abs(length - 1.0) > ROUNDING
+    wrong = np.abs(length - 1.0) > UNIT_ROUNDING
     if wrong.any():
         raise MeasurementError(
             f"the orientation is none {_at(track, wrong, begin)}: a quaternion x, y, z, w has "
@@ -144,7 +144,7 @@ def _check_poses(track: Track, begin: int) -> None:
     seconds = np.maximum(np.diff(track.stamps), np.median(np.diff(track.stamps))) / NANOSECONDS
     way = np.linalg.norm(np.diff(track.rows[:, :3], axis=0), axis=1)
     turn = 2.0 * np.linalg.norm(np.diff(track.rows[:, 3:], axis=0), axis=1)
-    jumps = (way > FASTEST * seconds) | (turn > FASTEST_TURN * seconds)
+    jumps = (way > FASTEST_POSE * seconds) | (turn > FASTEST_POSE_TURN * seconds)
     if jumps.any():
         number = int(np.argmax(jumps))
         when = (track.stamps[number + 1] - begin) / NANOSECONDS
@@ -174,7 +174,8 @@ def _even_signs(quaternions: FloatArray) -> FloatArray:
     """Return the quaternions, each on the side of the one before it: q and -q are one turn."""
     turned = np.sum(quaternions[1:] * quaternions[:-1], axis=1) < 0.0
     signs = np.concatenate([[1.0], np.cumprod(np.where(turned, -1.0, 1.0))])
-    return quaternions * signs[:, None]
+    found: FloatArray = quaternions * signs[:, None]
+    return found
 
 
 def _together(tracks: list[Track], period: int) -> Iterator[IntArray]:
@@ -184,13 +185,13 @@ def _together(tracks: list[Track], period: int) -> Iterator[IntArray]:
     holes = [(first, first)]
     for track in tracks:
         steps = np.diff(track.stamps)
-        for number in np.flatnonzero(steps > REACH * np.median(steps)):
+        for number in map(int, np.flatnonzero(steps > SILENT_PERIODS * np.median(steps))):
             # Two samples on either side are needed.
             before, after = max(number - 1, 0), min(number + 2, len(track.stamps) - 1)
             holes.append((int(track.stamps[before]), int(track.stamps[after])))
     holes = [*sorted(holes), (last, last)]
     end = first
-    needed = NANOSECONDS * (SHORTEST + 2.0 * LONGEST_DELAY)
+    needed = NANOSECONDS * (SHORTEST + 2.0 * LONGEST_SENSOR_DELAY)
     for before, after in holes:
         if before - end > needed:
             yield np.arange(end + 1, before + 1, period, dtype=np.int64)

@@ -15,8 +15,8 @@ from tissue_probe.mapping.polygon import Polygon
 from tissue_probe.mapping.posterior.background import Background
 from tissue_probe.mapping.posterior.bodies import bodies_of
 from tissue_probe.mapping.posterior.domain import Domain
-from tissue_probe.mapping.posterior.doubt import SiteDoubt, doubts_of, felt_by
-from tissue_probe.mapping.posterior.found import FoundInclusion, found_in
+from tissue_probe.mapping.posterior.doubt import SiteDoubt, doubts_of, find_visits_of
+from tissue_probe.mapping.posterior.found_inclusions import FoundInclusion, find_inclusions
 from tissue_probe.mapping.posterior.outliers import prior_of
 from tissue_probe.mapping.posterior.sampling import AGREEMENT, STRETCH, Chains, States
 from tissue_probe.mapping.sites import Sites
@@ -92,7 +92,7 @@ class Sampled:
     @cached_property
     def felt_by(self) -> list[IntArray]:
         """The rows of the visits that feel each inclusion."""
-        return [felt_by(one, self.states, self.background) for one in self.found]
+        return [find_visits_of(one, self.states, self.background) for one in self.found]
 
     @cached_property
     def doubts(self) -> list[SiteDoubt]:
@@ -151,7 +151,7 @@ class Sampled:
         while True:
             parts.append(chains.further(STRETCH // 2 if quick else STRETCH))
             states = States.join_parts(parts)
-            found = bodies_of(found_in(states), region.area)
+            found = bodies_of(find_inclusions(states), region.area)
             halves = [one.by_chain.reshape(2, -1).mean(axis=1) for one in found]
             disagreement = max((abs(float(a - b)) for a, b in halves), default=0.0)
             if quick or disagreement <= AGREEMENT or chains.exhausted:

@@ -18,10 +18,12 @@ from types import ModuleType
 
 PACKAGE = Path(__file__).parent.parent
 
-ALL = ("physics/**/*.py", "estimation/**/*.py")
+ALL_SOURCES = ("physics/**/*.py", "estimation/**/*.py")
 
 
-def module(name: str, write: Callable[[], str], sources: tuple[str, ...] = ALL) -> ModuleType:
+def module(
+    name: str, write: Callable[[], str], sources: tuple[str, ...] = ALL_SOURCES
+) -> ModuleType:
     """Import a generated module, generating it first where no earlier process has.
 
     Numba finds a compiled function again only by its module's name and file, so both are the same
@@ -44,6 +46,8 @@ def module(name: str, write: Callable[[], str], sources: tuple[str, ...] = ALL) 
         if not path.exists():
             replace(path, write().encode())
         spec = importlib.util.spec_from_file_location(full_name, path)
+        if spec is None or spec.loader is None:
+            raise ImportError(f"{path} is no Python file")
         sys.modules[full_name] = importlib.util.module_from_spec(spec)
         try:
             spec.loader.exec_module(sys.modules[full_name])
@@ -53,13 +57,13 @@ def module(name: str, write: Callable[[], str], sources: tuple[str, ...] = ALL) 
     return sys.modules[full_name]
 
 
-def place(name: str, ending: str, sources: tuple[str, ...] = ALL) -> Path:
+def place(name: str, ending: str, sources: tuple[str, ...] = ALL_SOURCES) -> Path:
     """Return the path of the code generated under a name; its folder exists afterwards."""
     return _folder() / f"tissue_probe_{name}_{fingerprint(sources)}{ending}"
 
 
 @cache
-def fingerprint(sources: tuple[str, ...] = ALL) -> str:
+def fingerprint(sources: tuple[str, ...] = ALL_SOURCES) -> str:
     """Twelve hexadecimal digits that change with any source that takes part in the generation."""
     digest = hashlib.sha256()
     for pattern in sources:

@@ -113,7 +113,7 @@ class FoundInclusion:
         return float(np.exp(np.median(self.members[:, LOG_CONTRAST])))
 
 
-def found_in(states: States) -> list[FoundInclusion]:
+def find_inclusions(states: States) -> list[FoundInclusion]:
     """Return the inclusions of all states, the most probable first."""
     rows, count, _, _ = states.flat()
     shape = states.count.shape

@@ -9,10 +9,10 @@ from tissue_probe.sensor.cable import CableFunctions
 from tissue_probe.sensor.free_air import SIZES, FreeAir
 from tissue_probe.sensor.kinematics import motion
 from tissue_probe.sensor.load import NUMBERS, load_columns
-from tissue_probe.sensor.smoothing import CUTOFF, Smoother
+from tissue_probe.sensor.smoothing import LOAD_CUTOFF, Smoother
 from tissue_probe.signals import FloatArray
 
-LONGEST_DELAY = 0.1
+LONGEST_SENSOR_DELAY = 0.1
 """The wrench is at most so much later than the pose, or earlier by half of it [s]: network and
 filters of sensors take less."""
 SHORTEST = 1.0
@@ -53,10 +53,10 @@ class Smoothed:
         passed = smooth(np.concatenate(columns, axis=1))
         wrench = run.wrench[1:-1]
         low = smooth(wrench)
-        fine = run.begin + run.period * (1 + smooth.half + np.arange(len(low)))
+        fine = run.begin + run.period * (1 + smooth.half + np.arange(len(low), dtype=float))
         self._spline = CubicSpline(fine, passed)
-        step = max(1, round(0.5 / (CUTOFF * run.period)))
-        ends = LONGEST_DELAY, 0.5 * LONGEST_DELAY
+        step = max(1, round(0.5 / (LOAD_CUTOFF * run.period)))
+        ends = LONGEST_SENSOR_DELAY, 0.5 * LONGEST_SENSOR_DELAY
         kept = slice(round(ends[0] / run.period) + 1, len(low) - round(ends[1] / run.period), step)
         self.time, self.wrench = fine[kept], low[kept]
         rest = wrench[smooth.half : len(wrench) - smooth.half] - low
@@ -74,11 +74,13 @@ class Smoothed:
         return self._at(delay, order)[:, 6 * NUMBERS :]
 
     def _at(self, delay: float, order: int) -> FloatArray:
-        return self._spline(self.time - delay, order)
+        found: FloatArray = self._spline(self.time - delay, order)
+        return found
 
     def noise_of_pose(self, load: FloatArray) -> FloatArray:
         """Return the variance that the poses' noise leaves in a load's wrench, shape (6,)."""
         wrench = self._raw @ load
         half = self._smooth.half
         rest = wrench[half : len(wrench) - half] - self._smooth(wrench)
-        return np.mean(rest**2, axis=0) * self._smooth.passed_twice_differentiated
+        found: FloatArray = np.mean(rest**2, axis=0) * self._smooth.passed_twice_differentiated
+        return found
