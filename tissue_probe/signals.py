@@ -11,6 +11,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, fields
 from enum import IntEnum, StrEnum
 from itertools import pairwise, zip_longest
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,6 +19,9 @@ from numpy.typing import NDArray
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 BoolArray = NDArray[np.bool_]
+TextArray = np.ndarray[Any, np.dtypes.StringDType]
+#: Type of the elements of an array of texts, of any lengths.
+TEXT = np.dtypes.StringDType()
 
 NANOSECONDS = 1_000_000_000
 
@@ -368,6 +372,37 @@ class Channel:
         return np.interp((stamp - self.stamp) / NANOSECONDS + offsets, self.time, self.values)
 
 
+@dataclass(frozen=True)
+class EstimatorModel:
+    """The model by which an estimator went on, from one sample on.
+
+    Attributes
+    ----------
+    stamp : int
+        Time of the first sample estimated by it [ns since the epoch].
+    sequence : int
+        Number of that sample since activation.
+    estimator : str
+        Name of the estimator.
+    model : str
+        As ``TissueEstimates`` have it.
+    file : str
+        Its file, as the estimator was told; empty for Kelvin-Voigt tissue.
+    content : str
+        Content of that file.
+    effects : tuple of str
+        Python files with effects of the user's own that it needs, as the estimator was told.
+    """
+
+    stamp: int
+    sequence: int
+    estimator: str
+    model: str
+    file: str = ""
+    content: str = ""
+    effects: tuple[str, ...] = ()
+
+
 #: The signals of a file of columns that are scaled to SI.
 SCALED = ("position", "force")
 
@@ -393,7 +428,8 @@ class Recording:
     ``time_doubt`` is by how much position and force may be apart in time [s], which nothing tells;
     ``noise`` is white noise of variance 1, resampled as the force was; None where that was not;
     ``own`` has the samples as they were before that; ``input2`` is a further channel, where asked;
-    ``units_from`` is what tells the units of position and force, of files of columns.
+    ``units_from`` is what tells the units of position and force, of files of columns; ``models``
+    are those by which estimators ran, in the order recorded.
     """
 
     blocks: tuple[SampleBlock, ...]
@@ -404,6 +440,7 @@ class Recording:
     own: OwnTimes | None = None
     input2: Channel | None = None
     units_from: Mapping[str, UnitFrom] = field(default_factory=dict)
+    models: tuple[EstimatorModel, ...] = ()
 
     def __len__(self) -> int:
         return sum(len(block) for block in self.blocks)
@@ -507,6 +544,9 @@ class TissueEstimates:
         nu, measured minus predicted force [N], and nu^2 / S [-]; NaN for a missing sample.
     status : uint8
         A ``Status``.
+    model : text
+        By which model it was made: tissue and effects, and of a file a digest of its content; empty
+        in recordings of versions that did not tell it.
     """
 
     estimator: str
@@ -523,6 +563,7 @@ class TissueEstimates:
     innovation: FloatArray
     normalized_innovation_squared: FloatArray
     status: NDArray[np.uint8]
+    model: TextArray
 
     def __len__(self) -> int:
         return self.stamp.size

@@ -23,7 +23,9 @@ from tissue_probe.recording.errors import RecordingError
 from tissue_probe.signals import (
     LAST_SEQUENCE,
     NANOSECONDS,
+    TEXT,
     UP,
+    EstimatorModel,
     FloatArray,
     IntArray,
     Leaving,
@@ -42,6 +44,7 @@ _log = logging.getLogger(__name__)
 SAMPLES = "tissue_probe_msgs/msg/ProbeSamples"
 SITE = "tissue_probe_msgs/msg/PalpationSite"
 ESTIMATE = "tissue_probe_msgs/msg/TissueEstimate"
+ESTIMATOR_MODEL = "tissue_probe_msgs/msg/EstimatorModel"
 MAP_MESSAGE = "tissue_probe_msgs/msg/StiffnessMap"
 
 Content = TypeVar("Content")
@@ -272,6 +275,20 @@ def estimate_row(message: Any) -> tuple:
         message.innovation,
         message.normalized_innovation_squared,
         message.status,
+        getattr(message, "model", ""),  # bags of earlier versions do not tell it
+    )
+
+
+def estimator_model(message: Any) -> EstimatorModel:
+    """Convert an ``EstimatorModel`` message; ValueError if its stamp is not sound."""
+    return EstimatorModel(
+        stamp=sound_stamp(_stamp(message)),
+        sequence=message.sequence,
+        estimator=message.estimator,
+        model=message.model,
+        file=message.file,
+        content=message.content,
+        effects=tuple(message.effects),
     )
 
 
@@ -279,7 +296,8 @@ def estimates(rows: list[tuple]) -> TissueEstimates:
     """Make ``TissueEstimates`` of the rows of one estimator, at least one."""
     (name, *_), *_ = rows
     _, *columns = zip(*rows, strict=True)
-    types = [np.int64, np.int64, *([np.float64] * (len(columns) - 3)), np.uint8]
+    numbers = [np.float64] * (len(columns) - 4)
+    types = [np.int64, np.int64, *numbers, np.uint8, TEXT]
     return TissueEstimates(name, *map(np.array, columns, types))
 
 
