@@ -53,13 +53,14 @@ class Messages:
     SAMPLES = "tissue_probe_msgs/msg/ProbeSamples"
     SITE = "tissue_probe_msgs/msg/PalpationSite"
     ESTIMATE = "tissue_probe_msgs/msg/TissueEstimate"
+    MODEL = "tissue_probe_msgs/msg/EstimatorModel"
     MAP = "tissue_probe_msgs/msg/StiffnessMap"
     FLOAT = "std_msgs/msg/Float64"
 
     def __init__(self, share):
         self._store = get_typestore(Stores.EMPTY)
         self.definitions = {}
-        for name in (self.SAMPLES, self.SITE, self.ESTIMATE, self.MAP, self.FLOAT):
+        for name in (self.SAMPLES, self.SITE, self.ESTIMATE, self.MODEL, self.MAP, self.FLOAT):
             self.definitions[name] = message_definition(name, [share])
             self._store.register(get_types_from_msg(self.definitions[name], name))
 
@@ -92,7 +93,12 @@ class Messages:
         )
 
     def estimate(self, stamp, sequence, name, values, status):
-        return self.cdr(self.ESTIMATE, self.header(stamp), sequence, name, *values, status)
+        values = (*values, status, "a model")
+        return self.cdr(self.ESTIMATE, self.header(stamp), sequence, name, *values)
+
+    def model(self, model):
+        told = (model.sequence, model.estimator, model.model, model.file, model.content)
+        return self.cdr(self.MODEL, self.header(model.stamp), *told, list(model.effects))
 
     def map(self, stamp, stiffness):
         rows, columns = stiffness.shape

@@ -14,6 +14,7 @@ from numpy.testing import assert_array_equal
 
 from tissue_probe.signals import (
     NANOSECONDS,
+    TEXT,
     PalpationSite,
     Phase,
     Recording,
@@ -290,7 +291,9 @@ COLUMNS = [entry.name for entry in fields(TissueEstimates)][1:]
 def estimates(size, first=0, name="ekf"):
     columns = [first + np.arange(size) + 1000.0 * number for number in range(len(COLUMNS))]
     columns[0], columns[1] = columns[0].astype(np.int64), columns[1].astype(np.int64)
-    return TissueEstimates(name, *columns[:-1], np.full(size, Status.CONVERGED, dtype=np.uint8))
+    status = np.full(size, Status.CONVERGED, dtype=np.uint8)
+    model = np.array([f"model {first + row}" for row in range(size)], dtype=TEXT)
+    return TissueEstimates(name, *columns[:-2], status, model)
 
 
 @given(st.integers(0, 20), st.lists(st.integers(0, 20), max_size=4))

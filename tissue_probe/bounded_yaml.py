@@ -41,12 +41,25 @@ def read(path: str | Path) -> Any:
     YamlError
         If it is not YAML, or beyond a bound.
     """
+    return parse(read_text(path))
+
+
+def read_text(path: str | Path) -> str:
+    """Return the text of a file that is to be YAML.
+
+    Raises
+    ------
+    OSError
+        If the file cannot be read.
+    YamlError
+        If it is no text, or longer than a document may be.
+    """
     with Path(path).open("rb") as file:
         content = file.read(
             4 * LONGEST_YAML + 1
         )  # no more bytes than that many characters may take
     try:
-        return parse(content.decode("utf-8-sig"))
+        return content.decode("utf-8-sig")
     except UnicodeDecodeError as error:
         if len(content) > 4 * LONGEST_YAML:  # the cut fell into a character
             raise _too_long() from None

@@ -19,6 +19,10 @@ from numpy.typing import NDArray
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 BoolArray = NDArray[np.bool_]
+#: Of texts; NumPy has no type of such an array.
+TextArray = NDArray[Any]
+#: Type of the elements of an array of texts, of any lengths.
+TEXT = np.dtypes.StringDType()
 
 NANOSECONDS = 1_000_000_000
 
@@ -376,6 +380,37 @@ class Channel:
         return np.interp((stamp - self.stamp) / NANOSECONDS + offsets, self.time, self.values)
 
 
+@dataclass(frozen=True)
+class EstimatorModel:
+    """The model by which an estimator went on, from one sample on.
+
+    Attributes
+    ----------
+    stamp : int
+        Time of the first sample estimated by it [ns since the epoch].
+    sequence : int
+        Number of that sample since activation.
+    estimator : str
+        Name of the estimator.
+    model : str
+        As ``TissueEstimates`` have it.
+    file : str
+        Its file, as the estimator was told; empty for Kelvin-Voigt tissue.
+    content : str
+        Content of that file.
+    effects : tuple of str
+        Python files with effects of the user's own that it needs, as the estimator was told.
+    """
+
+    stamp: int
+    sequence: int
+    estimator: str
+    model: str
+    file: str = ""
+    content: str = ""
+    effects: tuple[str, ...] = ()
+
+
 #: The signals of a file of columns that are scaled to SI.
 SCALED = ("position", "force")
 
@@ -401,7 +436,8 @@ class Recording:
     ``time_doubt`` is by how much position and force may be apart in time [s], which nothing tells;
     ``noise`` is white noise of variance 1, resampled as the force was; None where that was not;
     ``own`` has the samples as they were before that; ``input2`` is a further channel, where asked;
-    ``units_from`` is what tells the units of position and force, of files of columns.
+    ``units_from`` is what tells the units of position and force, of files of columns; ``models``
+    are those by which estimators ran, in the order recorded.
     """
 
     blocks: tuple[SampleBlock, ...]
@@ -412,6 +448,7 @@ class Recording:
     own: OwnTimes | None = None
     input2: Channel | None = None
     units_from: Mapping[str, UnitFrom] = field(default_factory=dict)
+    models: tuple[EstimatorModel, ...] = ()
 
     def __len__(self) -> int:
         return sum(len(block) for block in self.blocks)
@@ -515,6 +552,9 @@ class TissueEstimates:
         nu, measured minus predicted force [N], and nu^2 / S [-]; NaN for a missing sample.
     status : uint8
         A ``Status``.
+    model : text
+        By which model it was made: tissue and effects, and of a file a digest of its content; empty
+        in recordings of versions that did not tell it.
     """
 
     estimator: str
@@ -531,13 +571,15 @@ class TissueEstimates:
     innovation: FloatArray
     normalized_innovation_squared: FloatArray
     status: NDArray[np.uint8]
+    model: TextArray
 
     def __len__(self) -> int:
         return self.stamp.size
 
     def __getitem__(self, samples: slice | NDArray[np.bool_]) -> TissueEstimates:
         """Select estimates by a slice or a boolean mask of shape (n,)."""
-        return TissueEstimates(self.estimator, *(array[samples] for array in self.arrays()))
+        columns: list[Any] = [array[samples] for array in self.arrays()]
+        return TissueEstimates(self.estimator, *columns)
 
     def arrays(self) -> list[NDArray[Any]]:
         """Return the arrays in the order of the fields."""
@@ -546,8 +588,9 @@ class TissueEstimates:
     @staticmethod
     def concatenate(parts: Sequence[TissueEstimates]) -> TissueEstimates:
         """Join the estimates of one estimator, in the order given."""
-        columns = zip(*(part.arrays() for part in parts), strict=True)
-        return TissueEstimates(parts[0].estimator, *(np.concatenate(c) for c in columns))
+        by_field = zip(*(part.arrays() for part in parts), strict=True)
+        columns: list[Any] = [np.concatenate(each) for each in by_field]
+        return TissueEstimates(parts[0].estimator, *columns)
 
 
 def spans_of(marked: BoolArray) -> Iterator[tuple[int, int]]:

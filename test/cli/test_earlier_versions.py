@@ -224,6 +224,8 @@ def test_a_recording_is_read(recording, scan):
     (estimates,) = read_estimates(recording).values()
     assert len(estimates) == 16 * 20
     assert set(estimates.status) == {Status.CONVERGED}
+    assert set(estimates.model) == {""}  # which was not told then
+    assert read_recording(recording).models == ()
     assert estimates.stiffness.max() == 1125.0
     found = read_map(recording)
     np.testing.assert_array_equal(found.stiffness, np.full((4, 4), 450.0))

@@ -8,6 +8,7 @@ import pytest
 
 from tissue_probe.figures.estimates import draw_estimates
 from tissue_probe.signals import (
+    TEXT,
     PalpationSite,
     Phase,
     Recording,
@@ -60,6 +61,7 @@ def estimates(name="ekf", startup=-2000.0):
         innovation=np.where(np.arange(time.size) % 2, 0.004, -0.004),
         normalized_innovation_squared=zeros,
         status=status.astype(np.uint8),
+        model=np.full(time.size, "kelvin_voigt", TEXT),
     )
 
 

@@ -18,7 +18,7 @@ from tissue_probe.mapping.fusion import (
 )
 from tissue_probe.mapping.grid import Grid
 from tissue_probe.mapping.verdict import Verdict
-from tissue_probe.signals import Leaving, PalpationSite, Phase, Status, TissueEstimates
+from tissue_probe.signals import TEXT, Leaving, PalpationSite, Phase, Status, TissueEstimates
 
 GRID = Grid((0.0, 0.0, 0.0), 0.01, rows=2, columns=3)
 SECOND = 1_000_000_000
@@ -70,6 +70,7 @@ def rows(estimator, stamps, stiffness, status=Status.CONVERGED, variance=0.09):
         innovation=zeros,
         normalized_innovation_squared=zeros,
         status=np.broadcast_to(status, n).astype(np.uint8),
+        model=np.full(n, "kelvin_voigt", TEXT),
     )
 
 

@@ -15,6 +15,7 @@ from tissue_probe.challenge.simulator import make_challenge
 from tissue_probe.errors import TissueProbeError
 from tissue_probe.monitoring.monitor import Monitor
 from tissue_probe.monitoring.settings import MonitorSettings
+from tissue_probe.monitoring.tested_model import load_tested_model
 from tissue_probe.physics.composition import Composition
 from tissue_probe.physics.effects import EFFECTS
 from tissue_probe.physics.model_file import save
@@ -73,14 +74,49 @@ def test_a_missing_effect_is_told_within_three_seconds(effect, monitor):
     assert any(each.rejected for each in windows_of(monitor, stream((effect,), seed=9103)))
 
 
+def written(path, effect):
+    """Write a model file of an effect, with default values."""
+    composition = Composition(effects=(EFFECTS[effect],))
+    save(path, composition, {entry.name: entry.default for entry in composition.values}, {})
+    return str(path)
+
+
 def test_a_model_file_that_has_the_effect_holds(tmp_path):
-    composition = Composition(effects=(EFFECTS["cubic_stiffening"],))
-    values = {entry.name: entry.default for entry in composition.values}
-    save(tmp_path / "model.yaml", composition, values, {})
-    monitor = Monitor(MonitorSettings(model=str(tmp_path / "model.yaml")))
+    path = written(tmp_path / "model.yaml", "cubic_stiffening")
+    monitor = Monitor(MonitorSettings(model=path))
     found = windows_of(monitor, stream(("cubic_stiffening",), seed=9103))
     assert len(found) == 3
     assert not any(each.rejected for each in found)
+
+
+@pytest.mark.parametrize("effect", ["mains_hum", "tissue_motion"])
+def test_an_effect_that_follows_the_clock_holds_in_windows_of_any_time(effect, monitor, tmp_path):
+    blocks = stream((effect,), seconds=6.0, seed=9103)
+    assert any(each.rejected for each in windows_of(monitor, blocks))
+    own = Monitor(MonitorSettings(model=written(tmp_path / "model.yaml", effect)))
+    found = windows_of(own, blocks)
+    assert len(found) == 7
+    assert not any(each.rejected for each in found)
+
+
+@pytest.mark.parametrize("effect", ["stiffness_step", "stiffness_ramp"])
+def test_an_effect_of_one_instant_is_refused_with_a_sentence(effect, tmp_path):
+    path = written(tmp_path / "model.yaml", effect)
+    with pytest.raises(SettingsError, match=f"{effect} begins at an instant of the recording"):
+        Monitor(MonitorSettings(model=path))
+
+
+def test_another_model_is_tested_from_its_taking_on(monitor, tmp_path):
+    """Of the samples that are kept, too: nothing is waited for."""
+    blocks = stream(("cubic_stiffening",), seconds=6.0, seed=9103)
+    before = windows_of(monitor, blocks[:600])
+    assert all(each.rejected for each in before)
+    settings = MonitorSettings(model=written(tmp_path / "model.yaml", "cubic_stiffening"))
+    monitor.take_model(settings, load_tested_model(settings))
+    after = windows_of(monitor, blocks[600:])
+    assert len(after) == 4
+    assert not any(each.rejected for each in after)
+    assert monitor.model.composition.names == ("cubic_stiffening",)
 
 
 def test_an_error_of_the_encoder_that_the_force_does_not_feel_is_told(clean, monitor):

@@ -27,6 +27,7 @@ from tissue_probe.signals import (
     LONGEST_PERIOD,
     MOST_SAMPLES,
     SHORTEST_PERIOD,
+    TEXT,
     FloatArray,
     SampleBlock,
     Status,
@@ -91,12 +92,13 @@ def test_big_endian_bytes_are_refused(read):
     stamp=stamps,
     sequence=sequences,
     estimator=names,
+    model=names,
     frame_id=names,
     values=st.lists(any_float, min_size=10, max_size=10),
     status=st.sampled_from(list(Status)),
 )
 def test_the_last_estimate_is_what_rclpy_reads_and_what_we_read(
-    stamp, sequence, estimator, frame_id, values, status
+    stamp, sequence, estimator, model, frame_id, values, status
 ):
     estimates = TissueEstimates(
         estimator,
@@ -104,6 +106,7 @@ def test_the_last_estimate_is_what_rclpy_reads_and_what_we_read(
         np.array([0, sequence]),
         *(np.array([0.0, value]) for value in values),
         np.array([0, status], dtype=np.uint8),
+        np.array(["another", model], dtype=TEXT),
     )
     data = cdr.last_estimate_to_cdr(estimates, frame_id)
     message = deserialize_message(data, TissueEstimate)

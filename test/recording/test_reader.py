@@ -21,7 +21,14 @@ from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 from tissue_probe.recording.bags.reader import iterate_raw, read_estimates, read_map, read_recording
 from tissue_probe.recording.bags.summary import SamplesSummary, TopicSummary, summarize
 from tissue_probe.recording.errors import RecordingError
-from tissue_probe.signals import LAST_STAMP, PalpationSite, Phase, SampleBlock, join
+from tissue_probe.signals import (
+    LAST_STAMP,
+    EstimatorModel,
+    PalpationSite,
+    Phase,
+    SampleBlock,
+    join,
+)
 
 any_float = st.floats(width=64)
 
@@ -122,12 +129,27 @@ def test_estimates_are_read_as_they_were_written(rows, messages, record):
     assert set(read) == {name for name, _, _ in rows}
     for name, estimates in read.items():
         mine = [(time, values, s) for time, (n, values, s) in enumerate(rows) if n == name]
-        stamp, sequence, *columns, status = estimates.arrays()
+        stamp, sequence, *columns, status, model = estimates.arrays()
         assert stamp.tolist() == [time for time, _, _ in mine]
         assert sequence.tolist() == [10 * time for time, _, _ in mine]
         assert_array_equal(np.transpose(columns), [values for _, values, _ in mine])
         assert status.tolist() == [s for _, _, s in mine]
         assert status.dtype == np.uint8
+        assert set(model) == {"a model"}
+
+
+def test_the_models_of_the_estimators_beside_the_samples_are_read(tmp_path, messages, record):
+    plain = EstimatorModel(0, 0, "ekf", "kelvin_voigt")
+    other = EstimatorModel(9, 90, "ekf", "maxwell 0123", "a.yaml", "rig: α\n", ("own.py",))
+    block = SampleBlock(0, 0, 5e-4, *np.zeros((3, 4)))
+    entries = [
+        ("/probe/samples", messages.SAMPLES, 0, messages.samples(block)),
+        ("/probe/ekf/model", messages.MODEL, 1, messages.model(plain)),
+        ("/beside/ekf/model", messages.MODEL, 2, messages.model(other)),
+        ("/probe/ekf/model", messages.MODEL, 3, messages.model(other)),
+    ]
+    recording = read_recording(record(tmp_path / "run.mcap", entries))
+    assert recording.models == (plain, other)
 
 
 def test_estimates_of_one_name_from_two_probes_are_not_mixed(tmp_path, messages, record):

@@ -17,6 +17,7 @@ from tissue_probe.recording.clocks.stretches import dwell_blocks
 from tissue_probe.recording.layout import Layout
 from tissue_probe.recording.writing.tables import write_estimates, write_samples
 from tissue_probe.signals import (
+    TEXT,
     PalpationSite,
     Phase,
     Recording,
@@ -36,7 +37,9 @@ ESTIMATE_COLUMNS = [
     "innovation",
     "normalized_innovation_squared",
     "status",
+    "model",
 ]
+MODELS = st.sampled_from(["kelvin_voigt", "kelvin_voigt+cubic_stiffening 0123456789abcdef"])
 
 
 def read_back(path):
@@ -60,6 +63,7 @@ def tissue_estimates(draw):
         np.arange(size),
         *(draw(arrays(np.float64, size)) for _ in range(10)),
         status=draw(arrays(np.uint8, size, elements=st.sampled_from(Status))),
+        model=np.array(draw(st.lists(MODELS, min_size=size, max_size=size)), TEXT),
     )
 
 
@@ -70,11 +74,12 @@ def test_estimates_are_read_back_exactly(ending, estimates):
     table = written(write_estimates, estimates, 1_700_000_000_000_000_000, ending)
     assert table.column_names == ESTIMATE_COLUMNS
     assert_array_equal(table["time"], np.arange(len(estimates)) * 500_000 / 1e9)
-    for name in ESTIMATE_COLUMNS[1:-1]:
+    for name in ESTIMATE_COLUMNS[1:-2]:
         values = table[name].to_numpy().astype(np.float64)  # whole numbers in CSV look like int
         assert_array_equal(values, getattr(estimates, name))
     names = ["converging", "converged", "no_contact", "model_rejected", "disturbed"]
     assert table["status"].to_pylist() == [names[status] for status in estimates.status]
+    assert table["model"].to_pylist() == estimates.model.tolist()
 
 
 @pytest.mark.parametrize("ending", ENDINGS)

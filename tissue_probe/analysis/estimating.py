@@ -11,17 +11,21 @@ from typing import TYPE_CHECKING, Any
 from tissue_probe import arguments as take
 from tissue_probe.analysis.choices import FILTERED_RIGS, FilteredRig
 from tissue_probe.analysis.measurements import ReadRecording, Source, measurements_of
-from tissue_probe.analysis.recorded_facts import estimator_settings, restarts_at_sites
+from tissue_probe.analysis.recorded_facts import (
+    estimate_as_recorded,
+    estimator_settings,
+    models_in_force,
+    restarts_at_sites,
+)
 from tissue_probe.analysis.segments import check_enough
 from tissue_probe.diagnosis.inspection.inspection import inspect
 from tissue_probe.errors import MeasurementError, ParameterError
 from tissue_probe.estimation import EstimatorSettings
-from tissue_probe.estimation.offline import estimate as run_estimator
 from tissue_probe.likeness import Alike
 from tissue_probe.physics.rigs import RIGS
 from tissue_probe.recording.clocks.stretches import dwell_blocks
 from tissue_probe.recording.writing.tables import estimate_columns, write_estimates
-from tissue_probe.signals import Status, TissueEstimates
+from tissue_probe.signals import EstimatorModel, Status, TissueEstimates
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -186,7 +190,8 @@ def estimate(
     settings : mapping, optional
         Settings of the filter by name; by default as recorded, else the paper's probe.
     model : path, optional
-        Model file whose tool and effects a Kalman filter takes.
+        Model file whose tool and effects a Kalman filter takes; by default those that the recording
+        has, each from its sample on.
     effects : sequence of path
         Python files with effects of the user's own that the model needs; they are run.
     rig : FilteredRig, optional
@@ -220,15 +225,20 @@ def estimate(
         changes["tip_mass"] = 0.0
         notes = (*notes, NO_MASS)
     chosen = estimator_settings(recording, estimator, changes, tuple(map(Path, effects)))
-    if effects and not chosen.model:
+    own_model = "model" in changes
+    models = [] if own_model else models_in_force(recording, estimator)
+    if effects and not (chosen.model or any(each.file for each in models)):
         raise ParameterError(
             "`effects` is for effects that a model file needs: give `model`, or leave it out"
         )
     if restart_at_site is None:
         restart_at_site = restarts_at_sites(recording, estimator)
-    found = run_estimator(recording, estimator, chosen, restart_at_site=restart_at_site)
+    found = estimate_as_recorded(
+        recording, estimator, chosen, restart_at_site=restart_at_site, own_model=own_model
+    )
     result = EstimateResult(found, part, notes, chosen.model)
-    return replace(result, notes=(*notes, *_at_limits(result, chosen)))
+    notes = (*notes, *_at_limits(result, chosen), *_of_other_code(part.name, found, models))
+    return replace(result, notes=notes)
 
 
 def _doubts(part: ReadRecording) -> Iterator[str]:
@@ -248,6 +258,18 @@ def _doubts(part: ReadRecording) -> Iterator[str]:
             raise MeasurementError(f"{part.name}: {found.sentence}")
         if not part.is_own or found.name in TOLD_OF_OWN:
             yield f"{part.name}: {found.sentence}"
+
+
+def _of_other_code(
+    name: str, found: TissueEstimates, models: Sequence[EstimatorModel]
+) -> Iterator[str]:
+    """Yield a sentence for each recorded model that is another one here."""
+    for model in models:
+        if model.model not in found.model:
+            yield (
+                f"{name}: its estimates were made by the model {model.model}, which is another one "
+                "here: its effects were defined by other files or another version"
+            )
 
 
 def _at_limits(result: EstimateResult, settings: EstimatorSettings) -> Iterator[str]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from types import MappingProxyType
 from typing import Any
 
@@ -17,7 +18,7 @@ from tissue_probe.mapping.fusion import MapBuilder
 from tissue_probe.physics.felt_table import FeltTable
 from tissue_probe.physics.phantom import Phantom
 from tissue_probe.settings import SettingsError, build
-from tissue_probe.signals import Recording, TissueEstimates
+from tissue_probe.signals import EstimatorModel, Recording, TissueEstimates
 
 
 def node_parameters(recording: Recording, key: str, value: object) -> dict[str, Any]:
@@ -91,12 +92,75 @@ def estimate_again(
     ``effect_files`` are Python files with the effects of the user's own that its model needs,
     ``changes`` settings that are to be others than recorded.
     """
-    return estimate(
+    return estimate_as_recorded(
         recording,
         estimator,
         estimator_settings(recording, estimator, changes, effect_files),
         restart_at_site=restarts_at_sites(recording, estimator),
+        own_model="model" in changes,
     )
+
+
+def estimate_as_recorded(
+    recording: Recording,
+    estimator: str,
+    settings: EstimatorSettings,
+    *,
+    restart_at_site: bool,
+    own_model: bool,
+) -> TissueEstimates:
+    """Run an estimator on a recording by the models that it had, each from its sample on.
+
+    Models are read from the recording, which has the content of their files.
+
+    Parameters
+    ----------
+    recording : Recording
+        The recorded channels.
+    estimator : str
+        The estimator's name.
+    settings : EstimatorSettings
+        Its settings.
+    restart_at_site : bool
+        Whether the tissue is forgotten where a dwell at a site begins.
+    own_model : bool
+        Whether the model of ``settings`` is to hold throughout, in place of the recorded ones.
+
+    Raises
+    ------
+    SettingsError
+        If a model cannot be used.
+    """
+    models = [] if own_model else models_in_force(recording, estimator)
+    with TemporaryDirectory() as folder:
+        changes = [
+            (model.stamp, _with_model(settings, model, Path(folder, f"{number}_model.yaml")))
+            for number, model in enumerate(models)
+        ]
+        begun = changes.pop(0)[1] if changes else settings
+        return estimate(
+            recording, estimator, begun, restart_at_site=restart_at_site, changes=changes
+        )
+
+
+def models_in_force(recording: Recording, estimator: str) -> list[EstimatorModel]:
+    """Return by which models an estimator ran, from the one at the first sample on.
+
+    Of recordings of earlier versions there are none.
+    """
+    models = [model for model in recording.models if model.estimator == estimator]
+    begin = recording.blocks[0].stamp
+    before = sum(model.stamp <= begin for model in models)
+    return models[max(before - 1, 0) :]
+
+
+def _with_model(
+    settings: EstimatorSettings, model: EstimatorModel, path: Path
+) -> EstimatorSettings:
+    """Return settings with a recorded model, whose content is written to a file."""
+    if model.file:
+        path.write_bytes(model.content.encode())
+    return settings.model_copy(update={"model": str(path) if model.file else ""})
 
 
 def gather_sites(recording: Recording, estimates: Sequence[TissueEstimates]) -> MapBuilder:

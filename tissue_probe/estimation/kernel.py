@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import ast
 import math
-from collections.abc import Callable
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from types import ModuleType
 
@@ -16,7 +16,7 @@ from tissue_probe.estimation.considered import considered
 from tissue_probe.estimation.layout import Layout
 from tissue_probe.estimation.settings import EstimatorSettings
 from tissue_probe.physics import code_cache, machine_code, numba_code
-from tissue_probe.physics.machine_code import MachineCode
+from tissue_probe.physics.machine_code import MachineCode, Text
 from tissue_probe.physics.rigs import RIGS, Live
 from tissue_probe.physics.rigs.constants import CONTACT_POSITION
 from tissue_probe.settings import SettingsError
@@ -26,6 +26,42 @@ FloatArray = NDArray[np.float64]
 
 #: Names of the facts that a kernel's module holds of itself.
 FACTS = ("STATE_NAMES", "EXTRA", "MEMORY")
+#: The model of a filter that is given no model file.
+PLAIN = "kelvin_voigt"
+
+
+@dataclass(frozen=True)
+class Plan:
+    """All of a kernel but its machine code: plain values, to pass between processes.
+
+    Attributes
+    ----------
+    code : str
+        Name under which the machine code is on disk.
+    layout : Layout
+        Where the numbers live.
+    is_kalman : bool
+        Whether the numbers are a mean and a covariance.
+    tool : mapping of float
+        Settings that the kernel replaces: the tool of a model file, with its encoder.
+    delay : float
+        Time by which the force is late against the position [s]; negative where the position is.
+    moved : str
+        The position that moves the tip, in words of the model; empty where it is the sample's.
+    model : str
+        Short name of the model: its tissue and effects, and of a file a digest of its content.
+    content : str
+        Content of the model file.
+    """
+
+    code: str
+    layout: Layout
+    is_kalman: bool = True
+    tool: Mapping[str, float] = field(default_factory=dict)
+    delay: float = 0.0
+    moved: str = ""
+    model: str = PLAIN
+    content: str = ""
 
 
 @dataclass(frozen=True)
@@ -34,25 +70,62 @@ class Kernel:
 
     Attributes
     ----------
-    constants : callable
-        (settings, sample period [s]) -> ``constants``.
+    plan : Plan
+        What the numbers in the arrays mean.
     code : MachineCode
         Has the entries ``start_on``, ``reopen_on`` and ``run_on`` (see ``entries``).
-    layout : Layout
-        Where the numbers of a Kalman filter live; None for an estimator by hand.
-    delay : float
-        Time by which the force is late against the position [s]; negative where the position is.
     """
 
-    constants: Callable[[EstimatorSettings, float], FloatArray]
+    plan: Plan
     code: MachineCode
-    layout: Layout | None = None
-    delay: float = 0.0
 
     @property
     def size(self) -> int:
         """Length of ``memory``."""
         return int(self.code.facts["MEMORY"])
+
+    def constants(self, settings: EstimatorSettings, sample_period: float) -> FloatArray:
+        """Return ``constants`` for given settings and sample period [s]."""
+        settings = settings.model_copy(update=dict(self.plan.tool))
+        return self.plan.layout.constants(settings, sample_period)
+
+
+def find_kernel(plan: Plan) -> Kernel:
+    """Return the kernel that another process has compiled.
+
+    Raises
+    ------
+    SettingsError
+        If its machine code is not on disk.
+    """
+    return Kernel(plan, machine_code.load(plan.code, _refuse_to_write))
+
+
+def _refuse_to_write() -> Text:
+    raise SettingsError(
+        "the compiled filter is not on the disk any more: is the folder of the cache being emptied "
+        "(TISSUE_PROBE_CACHE)? Set the model again"
+    )
+
+
+@dataclass(frozen=True)
+class Draft:
+    """A kernel before it is compiled.
+
+    Attributes
+    ----------
+    plan : Plan
+        What the numbers in its arrays mean.
+    compile : callable
+        Returns its machine code, found on disk where an earlier process has compiled it.
+    """
+
+    plan: Plan
+    compile: Callable[[], MachineCode]
+
+    def kernel(self) -> Kernel:
+        """Return the kernel, compiled."""
+        return Kernel(self.plan, self.compile())
 
 
 @dataclass(frozen=True)
@@ -78,6 +151,16 @@ class KalmanFilter:
 
     def kernel(self, settings: EstimatorSettings) -> Kernel:
         """Return the compiled kernel, generated the first time that it is wanted."""
+        return self.draft(settings).kernel()
+
+    def draft(self, settings: EstimatorSettings) -> Draft:
+        """Return the kernel before it is compiled.
+
+        Raises
+        ------
+        SettingsError
+            If the model file of the settings cannot be used, or cannot run live.
+        """
         if settings.model:
             return self._composed(settings)
         how, windowed = settings.discretisation, RIGS[settings.rig].live is Live.windows
@@ -87,26 +170,29 @@ class KalmanFilter:
         code = _code(name, lambda: self._source(settings.rig, how, roughly))
         states, extra = tuple(code.facts["STATE_NAMES"]), code.facts["EXTRA"]
         layout = Layout(states, extra, _known(roughly), windowed=windowed, considered=roughly)
-        return Kernel(layout.constants, code, layout)
+        return Draft(Plan(name, layout), lambda: code)
 
-    def _composed(self, settings: EstimatorSettings) -> Kernel:
-        """Return the kernel for the model in a file."""
+    def _composed(self, settings: EstimatorSettings) -> Draft:
+        """Return the kernel for the model in a file, before it is compiled."""
         from tissue_probe.estimation.generate import source
         from tissue_probe.estimation.live_model import live_model
 
         live = live_model(settings, self.force_offset)
         roughly = considered(settings, self.force_offset)
         layout = replace(live.layout(self.equations.EXTRA), considered=roughly)
-        code = _code(
-            f"{self._name}_{settings.discretisation}_{live.digest}"
-            + ("_tolerant" if roughly else ""),
-            lambda: source(live.model, settings.discretisation, layout, self.equations),
+        name = f"{self._name}_{settings.discretisation}_{live.digest}"
+        name += "_tolerant" if roughly else ""
+        plan = Plan(
+            name,
+            layout,
+            tool=live.tool(settings),
+            delay=live.delay,
+            moved=live.moved,
+            model=live.name,
+            content=live.content,
         )
-
-        def constants(settings: EstimatorSettings, sample_period: float) -> FloatArray:
-            return layout.constants(live.with_tool(settings), sample_period)
-
-        return Kernel(constants, code, layout, live.delay)
+        how, equations = settings.discretisation, self.equations
+        return Draft(plan, lambda: _code(name, lambda: source(live.model, how, layout, equations)))
 
     @property
     def _name(self) -> str:
@@ -149,7 +235,11 @@ class ByHand:
         return (ast.get_docstring(ast.parse(self.path.read_text())) or "").splitlines()[0]
 
     def kernel(self, settings: EstimatorSettings) -> Kernel:
-        """Return the compiled kernel; how steps are discretised makes no difference to it.
+        """Return the compiled kernel, as ``draft``."""
+        return self.draft(settings).kernel()
+
+    def draft(self, settings: EstimatorSettings) -> Draft:
+        """Return the kernel before it is compiled; how steps are discretised does not matter.
 
         Raises
         ------
@@ -162,24 +252,16 @@ class ByHand:
                 "only: choose a Kalman filter such as robust_ekf, or leave model empty"
             )
         layout = Layout(("tip_position", "tip_velocity", "stiffness", "damping"))
-
-        def constants(settings: EstimatorSettings, sample_period: float) -> FloatArray:
-            return layout.constants(_stiff(settings), sample_period)
-
-        return Kernel(constants, _code(self.path.stem, lambda: self._source(layout)))
+        # A rigid probe's load cell yields nothing: the limit.
+        stiff = {"load_cell_stiffness": math.inf, "load_cell_damping": 0.0}
+        led = RIGS[settings.rig].tip_is_position
+        plan = Plan(self.path.stem, layout, is_kalman=False, tool=stiff if led else {})
+        return Draft(plan, lambda: _code(self.path.stem, lambda: self._source(layout)))
 
     def _source(self, layout: Layout) -> str:
         from tissue_probe.estimation.generate import source_by_hand
 
         return source_by_hand(layout, self.path)
-
-
-def _stiff(settings: EstimatorSettings) -> EstimatorSettings:
-    """Return a rigid probe's settings as those of a load cell that yields nothing: the limit."""
-    if not RIGS[settings.rig].tip_is_position:
-        return settings
-    stiff = {"load_cell_stiffness": math.inf, "load_cell_damping": 0.0}
-    return settings.model_copy(update=stiff)
 
 
 def _code(name: str, write: Callable[[], str]) -> MachineCode:

@@ -54,6 +54,10 @@ WINDOW_TIME, WINDOW_SAMPLES = 0.01, 16
 # How many numbers the verdict carries along.
 VERDICT_SIZE = 56
 
+#: Numbers that a model has carried along, beside the estimator's own: samples since the start, and
+#: the place of the coil at the sample before [m].
+OF_THE_MODEL = ("SAMPLES", "POSITION_BEFORE")
+
 # How many times farther than others a standard deviation may grow; once for a state that is not
 # listed.
 CEILING = {"force_offset": 100.0}
@@ -130,6 +134,11 @@ class Layout:
         """Place in ``memory`` of the first of the numbers that ``verdict`` carries along."""
         return self.history + 8
 
+    @property
+    def rejected(self) -> int:
+        """Place in ``memory`` of whether the model is rejected (see ``verdict``)."""
+        return self.verdict + 2
+
     def carried(self, name: str) -> int:
         """Place in ``memory`` of one of the ``extra`` numbers."""
         return self.verdict + VERDICT_SIZE + list(self.extra).index(name)
@@ -139,11 +148,16 @@ class Layout:
         """Place in ``memory`` of V, d, L of the considered constants (see ``Filter``)."""
         return self.verdict + VERDICT_SIZE + len(self.extra)
 
+    def considered_parts(self, memory: NDArray[np.float64]) -> tuple[NDArray[np.float64], ...]:
+        """Return V, d, L of the considered constants, shapes (n, q), (q,), (q, q), as views."""
+        n, q, place = len(self.states), len(self.considered), self.considering
+        V, d, L = np.split(memory[place : self.passes], [n * q, n * q + q])
+        return V.reshape(n, q), d, L.reshape(q, q)
+
     def by_constants(self, memory: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return V M V^T, the covariance that is due to considered constants, shape (n, n)."""
-        n, q, place = len(self.states), len(self.considered), self.considering
-        V = memory[place : place + n * q].reshape(n, q)
-        VL = V @ memory[place + n * q + q : self.passes].reshape(q, q)
+        V, _, L = self.considered_parts(memory)
+        VL = V @ L
         return np.asarray(VL @ VL.T)
 
     @property

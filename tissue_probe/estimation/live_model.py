@@ -51,17 +51,32 @@ class LiveModel:
         Every constant and parameter of the file (SI).
     priors : mapping of Prior
         Of the states that the filter's settings do not know.
+    name : str
+        Short name: tissue, effects, and sixteen hexadecimal digits that stand for the content of
+        the file and for the equations of its effects.
+    content : str
+        Content of the file.
     """
 
     model: Model
     values: Mapping[str, float]
     priors: Mapping[str, Prior]
+    name: str
+    content: str
 
     @cached_property
     def digest(self) -> str:
         """Sixteen hexadecimal digits that stand for the equations."""
         walks = [name for name, prior in self.priors.items() if prior.walk > 0.0]
-        return hashlib.sha256(repr((self.model, walks)).encode()).hexdigest()[:16]
+        return _digits((self.model, walks))
+
+    @property
+    def moved(self) -> str:
+        """The position that moves the tip, in words; empty where it is the sample's."""
+        position = self.model.position
+        if position == POSITION:
+            return ""
+        return str(position.subs({s: self.values.get(str(s), s) for s in position.free_symbols}))
 
     def layout(self, extra: Mapping[str, float]) -> Layout:
         """Return where the filter's numbers live; ``extra`` are the estimator's own."""
@@ -80,12 +95,11 @@ class LiveModel:
         """Time by which the force is late against the position [s]."""
         return self._valued(self.model.delay)
 
-    def with_tool(self, settings: EstimatorSettings) -> EstimatorSettings:
-        """Return the settings with the file's tool, and its encoder's steps where it tells them."""
+    def tool(self, settings: EstimatorSettings) -> dict[str, float]:
+        """Return the file's tool, and its encoder's steps where it tells them."""
         tool = {name: self.values[name] for name in TOOL}
         rounded = self._valued(self.model.rounded)
-        tool["encoder_resolution"] = max(settings.encoder_resolution, rounded)
-        return settings.model_copy(update=tool)
+        return {**tool, "encoder_resolution": max(settings.encoder_resolution, rounded)}
 
     def _valued(self, expression: sp.Expr) -> float:
         expression = sp.sympify(expression)
@@ -140,10 +154,22 @@ def live_model(settings: EstimatorSettings, force_offset: bool) -> LiveModel:
         priors |= {name: _about(fitted.values[name]) for name in ("stiffness", "damping")}
     for effect in effects:
         priors |= _strengths(effect, fitted.values, settings.estimate_effects)
-    live = LiveModel(_memoryless(_estimating(model, priors)), fitted.values, priors)
-    if too_fast := live.with_tool(settings).too_fast():
+    model = _memoryless(_estimating(model, priors))
+    live = LiveModel(model, fitted.values, priors, _name(fitted), fitted.content)
+    if too_fast := settings.model_copy(update=live.tool(settings)).too_fast():
         raise SettingsError(f"{path}: {too_fast}")
     return live
+
+
+def _name(fitted: FittedModel) -> str:
+    composition = fitted.composition
+    parts = [composition.tissue, *(effect.name for effect in composition.effects)]
+    return f"{'+'.join(parts)} {_digits((fitted.content, composition.model))}"
+
+
+def _digits(content: object) -> str:
+    """Return sixteen hexadecimal digits that stand for a content."""
+    return hashlib.sha256(repr(content).encode()).hexdigest()[:16]
 
 
 def _runs_live(rig: Rig) -> bool:

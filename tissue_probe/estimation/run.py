@@ -31,20 +31,27 @@ class Run:
         Instrument, noise and prior.
     sample_period : float
         Time between two samples [s].
+
+    Attributes
+    ----------
+    kernel : Kernel
+        As given.
+    constants : array
+        Its numbers that do not change.
     """
 
     def __init__(self, kernel: Kernel, settings: EstimatorSettings, sample_period: float) -> None:
-        self._kernel = kernel  # which keeps the machine code in memory
+        self.kernel = kernel  # which keeps the machine code in memory
         entries = kernel.code.addresses
         self._start, self._reopen = (INITIALISE(entries[n]) for n in ("start_on", "reopen_on"))
         self._run = RUN(entries["run_on"])
-        self._constants = kernel.constants(settings, sample_period)
+        self.constants = kernel.constants(settings, sample_period)
         self._memory = np.zeros(kernel.size)
         self._samples = np.empty((2, 0))
         self._estimates = np.empty((11, 0))
         self._length = 0
         self._addresses = (ctypes.c_void_p * 5)()
-        self._addresses[0] = _address(self._constants)
+        self._addresses[0] = _address(self.constants)
         self._addresses[1] = _address(self._memory)
         self._arrays = ctypes.addressof(self._addresses)
         self.start()
@@ -53,6 +60,10 @@ class Run:
     def memory(self) -> FloatArray:
         """All that the kernel knows now, as a copy."""
         return self._memory.copy()
+
+    def resume(self, memory: FloatArray) -> None:
+        """Know all that is in a memory of this kernel."""
+        self._memory[:] = memory
 
     def start(self) -> None:
         """Forget everything."""

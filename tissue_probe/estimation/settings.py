@@ -57,6 +57,8 @@ OWN_TOLERANCES = _own_tolerances()
 FASTEST = 3e5
 #: How many standard deviations from its mean a sigma point tries the tissue.
 REACH = 3.0
+#: Settings that say which model a filter runs.
+OF_MODEL = ("model", "effects")
 #: Settings that tell how far constants of the rig may be off.
 TOLERANCES = tuple(f"{constant.name}_tol" for constant in OWN.constants)
 

@@ -33,19 +33,35 @@ class Monitor:
 
     Attributes
     ----------
+    settings : MonitorSettings
+        As given, with the model under test.
+    model : TestedModel
+        That model.
     untested : str
         Why the latest samples are in no window; empty where they are.
     """
 
     def __init__(self, settings: MonitorSettings) -> None:
-        self.settings = settings
-        self.model: TestedModel = load_tested_model(settings)
         self.untested = ""
-        self._test = WindowTest(self.model, settings)
+        self.take_model(settings, load_tested_model(settings))
         self._blocks: deque[SampleBlock] = deque()
         self._count = self._fresh = 0
         self._sites: list[PalpationSite] = []
         self._dwells = True
+
+    def take_model(self, settings: MonitorSettings, model: TestedModel) -> None:
+        """Test windows by another model from now on, also on the samples that are kept.
+
+        Parameters
+        ----------
+        settings : MonitorSettings
+            They name the model.
+        model : TestedModel
+            As ``load_tested_model`` returns it; compiled here, where no process has before.
+        """
+        _ = model.composition.kernel
+        self.settings, self.model = settings, model
+        self._test = WindowTest(model, settings)
 
     def announce(self, site: PalpationSite) -> None:
         """Note a site; it holds for the samples from its stamp on."""

@@ -92,12 +92,13 @@ def samples_from_cdr(data: bytes) -> tuple[SampleBlock, str]:
 def last_estimate_to_cdr(estimates: TissueEstimates, frame_id: str) -> bytes:
     """Return the newest of some estimates as a ``TissueEstimate``."""
     frame, name = frame_id.encode(), estimates.estimator.encode()
+    model = estimates.model[-1].encode()
     seconds, nanoseconds = divmod(int(estimates.stamp[-1]), NANOSECONDS)
-    return _estimate_layout(len(frame) + 1, len(name) + 1).pack(
+    return _estimate_layout(len(frame) + 1, len(name) + 1, len(model) + 1).pack(
         *(LITTLE_ENDIAN, seconds, nanoseconds, len(frame) + 1, frame),
         *(estimates.sequence[-1], len(name) + 1, name),
         *(getattr(estimates, value)[-1] for value in ESTIMATE_VALUES),
-        estimates.status[-1],
+        *(estimates.status[-1], len(model) + 1, model),
     )
 
 
@@ -159,9 +160,10 @@ def _samples_layout(frame_length: int, count: int) -> struct.Struct:
 
 
 @lru_cache
-def _estimate_layout(frame_length: int, name_length: int) -> struct.Struct:
+def _estimate_layout(frame_length: int, name_length: int, model_length: int) -> struct.Struct:
     layout = _padded(f"{_HEADER}iII{frame_length}s") + f"QI{name_length}s"
-    return struct.Struct(f"{_padded(layout)}{len(ESTIMATE_VALUES)}dB")
+    layout = _padded(layout) + f"{len(ESTIMATE_VALUES)}dB3xI{model_length}s"
+    return struct.Struct(layout)
 
 
 def _padded(layout: str) -> str:

@@ -15,6 +15,8 @@ from std_msgs.msg import Header
 
 from tissue_probe.signals import (
     NANOSECONDS,
+    TEXT,
+    EstimatorModel,
     FloatArray,
     Leaving,
     PalpationSite,
@@ -93,7 +95,21 @@ def estimate_from_message(message: msg.TissueEstimate) -> TissueEstimates:
         stamp=np.array([from_time(message.header.stamp)]),
         sequence=np.array([message.sequence], dtype=np.int64),
         status=np.array([message.status], dtype=np.uint8),
+        model=np.array([message.model], dtype=TEXT),
         **{name: np.array([getattr(message, name)]) for name in ESTIMATE_VALUES},
+    )
+
+
+def model_to_message(model: EstimatorModel, frame_id: str) -> msg.EstimatorModel:
+    """Turn the model by which an estimator goes on into its message."""
+    return msg.EstimatorModel(
+        header=Header(stamp=to_time(model.stamp), frame_id=frame_id),
+        sequence=model.sequence,
+        estimator=model.estimator,
+        model=model.model,
+        file=model.file,
+        content=model.content,
+        effects=list(model.effects),
     )
 
 

@@ -12,16 +12,27 @@ from rclpy.node import Node
 from std_msgs.msg import Float64
 
 from tissue_probe.estimation import ESTIMATORS, Estimator, EstimatorSettings
+from tissue_probe.estimation.drafting import FilterToCompile
+from tissue_probe.estimation.kernel import Plan, find_kernel
 from tissue_probe.nodes.cdr import float64_to_cdr, last_estimate_to_cdr
+from tissue_probe.nodes.conversions import model_to_message
 from tissue_probe.nodes.diagnostics import ERROR, OK, STALE, WARN, Diagnostics, Health, Rate
+from tissue_probe.nodes.model_changes import OF_MODEL, ModelChanges
 from tissue_probe.nodes.parameters import declare, read
 from tissue_probe.nodes.process import run_together
-from tissue_probe.nodes.qos import BLOCKS
+from tissue_probe.nodes.qos import BLOCKS, LATCHED
 from tissue_probe.nodes.repeats import SINGLE_VALUES
 from tissue_probe.nodes.sample_stream import SampleStream
 from tissue_probe.settings import setting
-from tissue_probe.signals import PalpationSite, Phase, SampleBlock, Status, TissueEstimates
-from tissue_probe_msgs.msg import TissueEstimate
+from tissue_probe.signals import (
+    EstimatorModel,
+    PalpationSite,
+    Phase,
+    SampleBlock,
+    Status,
+    TissueEstimates,
+)
+from tissue_probe_msgs import msg
 
 #: Longest start without a word [s]: a filter is found again in less, and else is compiled first.
 SILENCE = 3.0
@@ -53,6 +64,9 @@ class EstimatorNode(Node):
     after the announcement's stamp, so a bag gives the same estimates again. The values in
     ``SINGLE_VALUES`` go out one by one, too, while someone subscribes to them.
 
+    The parameters ``model`` and ``effects`` may change while it runs (``ModelChanges``); by which
+    model it goes on from which sample on is published, too.
+
     It hears nothing before ``hear`` is called.
     """
 
@@ -61,11 +75,13 @@ class EstimatorNode(Node):
         node_settings = EstimatorNodeSettings
         node_settings.model_fields["estimator"].default = estimator
         declare(self, node_settings)
-        declare(self, EstimatorSettings)
+        declare(self, EstimatorSettings, live=OF_MODEL)
         settings = read(self, node_settings)
         self._name = settings.estimator
         self._restart_at_site = settings.restart_at_site
         self._estimator = self._made(read(self, EstimatorSettings))
+        self._changes = ModelChanges(self, EstimatorSettings, self._ask, self._take)
+        self._told: tuple[int, int] | None = None
         self._stream: SampleStream | None = None
         self._expected: int | None = None
         self.received = 0
@@ -74,7 +90,8 @@ class EstimatorNode(Node):
         self._rate = Rate()
         self._latest: TissueEstimates | None = None
         publish = self.create_publisher
-        self._estimates = publish(TissueEstimate, f"{self._name}/estimate", BLOCKS)
+        self._estimates = publish(msg.TissueEstimate, f"{self._name}/estimate", BLOCKS)
+        self._models = publish(msg.EstimatorModel, f"{self._name}/model", LATCHED)
         self._values = {
             name: publish(Float64, f"{self._name}/{name}", BLOCKS) for name in SINGLE_VALUES
         }
@@ -94,8 +111,18 @@ class EstimatorNode(Node):
         finally:
             told.cancel()
 
+    def _ask(self, settings: EstimatorSettings) -> FilterToCompile:
+        return FilterToCompile(self._name, settings)
+
+    def _take(self, settings: EstimatorSettings, plan: object) -> None:
+        """Let the filter go on by another model from the next sample on."""
+        assert isinstance(plan, Plan)
+        self._estimator.take_model(settings, kernel=find_kernel(plan))
+        self.get_logger().info(f"from the next sample on: {plan.model}")
+
     def destroy_node(self) -> None:
-        """End the stream, then the node."""
+        """End the stream and a model under way, then the node."""
+        self._changes.close()
         if self._stream is not None:
             self._stream.end()
         super().destroy_node()
@@ -112,10 +139,20 @@ class EstimatorNode(Node):
         if len(estimates) == 0:
             return
         self._latest = estimates
+        if self._estimator.first != self._told:
+            self._tell_model(frame_id)
         self._estimates.publish(last_estimate_to_cdr(estimates, frame_id))
         for name, publisher in self._values.items():
             if publisher.get_subscription_count():
                 publisher.publish(float64_to_cdr(getattr(estimates, name)[-1]))
+
+    def _tell_model(self, frame_id: str) -> None:
+        """Publish by which model the filter goes on, before the first estimate made by it."""
+        assert self._estimator.first is not None, "it has filtered samples"
+        self._told = stamp, sequence = self._estimator.first
+        plan, settings = self._estimator.plan, self._estimator.settings
+        told = (self._name, plan.model, settings.model, plan.content, settings.effects)
+        self._models.publish(model_to_message(EstimatorModel(stamp, sequence, *told), frame_id))
 
     def _count(self, sequence: int, count: int) -> None:
         """Count samples received, and lost by their sequence numbers."""
@@ -136,6 +173,8 @@ class EstimatorNode(Node):
             "samples lost": self.lost,
             "messages malformed": stream.malformed,
             "achieved rate [samples/s]": f"{rate:.0f}",
+            "model": self._estimator.plan.model,
+            **self._changes.values(),
             **_convergence(self._latest),
         }
         if self.count_publishers("samples") > 1:
@@ -144,6 +183,8 @@ class EstimatorNode(Node):
             return Health(WARN, "samples or blocks were lost in the last second", values)
         if not rate:
             return Health(STALE, "no samples in the last second", values)
+        if self._changes.failure:
+            return Health(WARN, self._changes.failure, values)
         if doubt := _DOUBTS.get(str(values.get("status"))):
             return Health(WARN, doubt, values)
         return Health(OK, "estimating", values)

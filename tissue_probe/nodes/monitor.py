@@ -12,10 +12,12 @@ from tissue_probe.errors import TissueProbeError
 from tissue_probe.monitoring.monitor import Monitor
 from tissue_probe.monitoring.question import Verdict, question
 from tissue_probe.monitoring.settings import MonitorSettings
+from tissue_probe.monitoring.tested_model import TestedModelToCompile, load_tested_model
 from tissue_probe.monitoring.window_test import Tested
 from tissue_probe.nodes.conversions import to_time
 from tissue_probe.nodes.diagnosis_process import DiagnosisFailed, DiagnosisProcess
 from tissue_probe.nodes.diagnostics import ERROR, OK, STALE, WARN, Diagnostics, Health, Rate
+from tissue_probe.nodes.model_changes import OF_MODEL, ModelChanges
 from tissue_probe.nodes.parameters import declare, read
 from tissue_probe.nodes.process import run
 from tissue_probe.nodes.qos import LATCHED
@@ -50,13 +52,13 @@ class MonitorNode(Node):
 
     def __init__(self) -> None:
         super().__init__("monitor")
-        declare(self, MonitorSettings)
+        declare(self, MonitorSettings, live=OF_MODEL)
         settings = read(self, MonitorSettings)
         try:
             self._monitor = Monitor(settings)
         except TissueProbeError as error:
             raise SettingsError(sentence(error)) from None
-        self._settings = settings
+        self._changes = ModelChanges(self, MonitorSettings, TestedModelToCompile, self._take)
         #: Between the stream's thread and the executor's.
         self._lock = threading.Lock()
         self._frame = ""
@@ -76,11 +78,25 @@ class MonitorNode(Node):
         Diagnostics(self, self._examine)
 
     def destroy_node(self) -> None:
-        """End the stream and a diagnosis under way, then the node."""
+        """End the stream, a diagnosis and a model under way, then the node."""
         self._stream.end()
+        self._changes.close()
         if self._process is not None:
             self._process.close()
         super().destroy_node()
+
+    def _take(self, settings: MonitorSettings, compiled: object) -> None:
+        """Test by another model from now on; a diagnosis of the old one is ended."""
+        model = load_tested_model(settings)
+        with self._lock:
+            self._monitor.take_model(settings, model)
+            self._tested, self._suspect, self._is_known = None, False, False
+            if self._process is not None:
+                self._process.close()
+                self._process = None
+        self.get_logger().info(
+            f"from now on {settings.model or 'the tissue without effects'} is tested"
+        )
 
     def on_site(self, site: PalpationSite) -> None:
         """Note a site, of which another model may hold."""
@@ -120,10 +136,9 @@ class MonitorNode(Node):
         if block is None:
             return self._monitor.untested or SILENT
         span = len(block) * block.sample_period
-        if span < self._settings.window:
-            return (
-                f"the samples began {span:.2f} s ago: ask again after {self._settings.window:g} s"
-            )
+        window = self._monitor.settings.window
+        if span < window:
+            return f"the samples began {span:.2f} s ago: ask again after {window:g} s"
         return ""
 
     def _look(self) -> None:
@@ -135,12 +150,12 @@ class MonitorNode(Node):
             if self._process is None and self._suspect and not self._is_known and block is not None:
                 # Up to a block less may be kept.
                 kept = len(block) * block.sample_period
-                if kept > self._settings.kept - self._settings.step:
+                if kept > self._monitor.settings.kept - self._monitor.settings.step:
                     self._diagnose(block, ModelVerdict.TEST_FAILED)
 
     def _diagnose(self, block: SampleBlock, cause: int) -> None:
         self._of, self._cause, self._is_known, self._failure = block, cause, True, ""
-        settings = self._settings
+        settings = self._monitor.settings
         asked = question(self._monitor.model, block, settings.model, tuple(settings.effects))
         self._process = DiagnosisProcess(asked)
 
@@ -187,6 +202,8 @@ class MonitorNode(Node):
             "messages malformed": self._stream.malformed,
             "windows tested": self._count,
             "verdict": self._latest or "none yet",
+            "model": self._monitor.settings.model or "none",
+            **self._changes.values(),
             "diagnosis": f"under way since {under_way.seconds:.0f} s" if under_way else "none",
         }
         if tested is not None:
@@ -197,6 +214,8 @@ class MonitorNode(Node):
             }
         if self.count_publishers("model_verdict") > 1:
             return Health(ERROR, SECOND, values)
+        if self._changes.failure:
+            return Health(WARN, self._changes.failure, values)
         if self._failure:
             return Health(WARN, f"no verdict: {self._failure}", values)
         if not rate:

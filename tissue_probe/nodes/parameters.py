@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Collection
+from typing import Any
 
 from pydantic import BaseModel
 from pydantic.fields import FieldInfo
@@ -69,6 +70,7 @@ def follow_changes(
     models: dict[str, type[BaseModel]],
     on_change: Callable[[], None],
     refuse: Callable[[str], str] = lambda name: "",
+    examine: Callable[[Any], str] = lambda settings: "",
 ) -> None:
     """Judge changes of live parameters, and call ``on_change`` after those that are accepted.
 
@@ -82,20 +84,25 @@ def follow_changes(
         Called when changed values can be ``read``.
     refuse : callable
         Says why the parameter of a name cannot be changed now; empty if it can.
+    examine : callable
+        Says why settings that are valid cannot be in force; empty if they can.
     """
 
     def judge(changes: list[Parameter]) -> SetParametersResult:
         reasons = [reason for change in changes if (reason := refuse(change.name))]
         if reasons:
             return SetParametersResult(successful=False, reason=reasons[0])
-        return _validate_together(node, models, changes)
+        return _validate_together(node, models, changes, examine)
 
     node.add_on_set_parameters_callback(judge)
     node.add_post_set_parameters_callback(lambda changes: on_change())
 
 
 def _validate_together(
-    node: Node, models: dict[str, type[BaseModel]], changes: list[Parameter]
+    node: Node,
+    models: dict[str, type[BaseModel]],
+    changes: list[Parameter],
+    examine: Callable[[BaseModel], str],
 ) -> SetParametersResult:
     changed = {parameter.name: parameter.value for parameter in changes}
     try:
@@ -104,7 +111,8 @@ def _validate_together(
                 name: changed.get(prefix + name, node.get_parameter(prefix + name).value)
                 for name in settings.model_fields
             }
-            build(settings, values, f"parameter {prefix}")
+            if reason := examine(build(settings, values, f"parameter {prefix}")):
+                return SetParametersResult(successful=False, reason=reason)
     except SettingsError as error:
         return SetParametersResult(successful=False, reason=str(error))
     return SetParametersResult(successful=True)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -27,6 +27,8 @@ class FittedModel:
         Their origin, where that is told.
     effect_files : tuple of Path
         Python files with effects of the user's own, as the user named them.
+    content : str
+        Text of the model file that it was read from; empty where it was not.
     """
 
     composition: Composition
@@ -34,6 +36,7 @@ class FittedModel:
     deviations: dict[str, float]
     data: Data | None = None
     effect_files: tuple[Path, ...] = ()
+    content: str = field(default="", compare=False, repr=False)
 
     @take.checks(path=take.path)
     def save(self, path: str | Path) -> None:

@@ -254,7 +254,8 @@ def load(
     """
     path = Path(path)
     check_file(path)
-    file = _validated(path, _content(path))
+    text = _read_text(path)
+    file = _validated(path, _content(path, text))
     # One file may be named twice, by different ways to it.
     own_files = tuple({Path(each).resolve(): Path(each) for each in effect_files}.values())
     try:
@@ -272,13 +273,21 @@ def load(
         {name: quantity.deviation for name, quantity in quantities.items()},
         file.data,
         own_files,
+        text,
     )
 
 
-def _content(path: Path) -> dict[str, Any]:
+def _read_text(path: Path) -> str:
+    try:
+        return bounded_yaml.read_text(path)
+    except bounded_yaml.YamlError as error:
+        raise ModelFileError(f"{path} is not a model.yaml: it {error}") from None
+
+
+def _content(path: Path, text: str) -> dict[str, Any]:
     """Read the fields of a file; its further content is not quoted."""
     try:
-        content = bounded_yaml.read(path)
+        content = bounded_yaml.parse(text)
     except bounded_yaml.YamlError as error:
         raise ModelFileError(f"{path} is not a model.yaml: it {error}") from None
     if not isinstance(content, dict) or not content.keys() & ModelFile.model_fields.keys():

@@ -23,7 +23,9 @@ from tissue_probe.recording.errors import RecordingError
 from tissue_probe.signals import (
     LAST_SEQUENCE,
     NANOSECONDS,
+    TEXT,
     UP,
+    EstimatorModel,
     FloatArray,
     IntArray,
     Leaving,
@@ -42,6 +44,7 @@ _log = logging.getLogger(__name__)
 SAMPLES = "tissue_probe_msgs/msg/ProbeSamples"
 SITE = "tissue_probe_msgs/msg/PalpationSite"
 ESTIMATE = "tissue_probe_msgs/msg/TissueEstimate"
+ESTIMATOR_MODEL = "tissue_probe_msgs/msg/EstimatorModel"
 MAP_MESSAGE = "tissue_probe_msgs/msg/StiffnessMap"
 
 Content = TypeVar("Content")
@@ -250,8 +253,8 @@ def stiffness_map(message: Any) -> RecordedMap:
     )
 
 
-#: The name and the numbers of one estimate, in the order of the fields of ``TissueEstimates``.
-EstimateRow: TypeAlias = tuple[str, tuple[float, ...]]
+#: The name and the values of one estimate, in the order of the fields of ``TissueEstimates``.
+EstimateRow: TypeAlias = tuple[str, tuple[float | str, ...]]
 
 
 def estimate_row(message: Any) -> EstimateRow:
@@ -275,14 +278,30 @@ def estimate_row(message: Any) -> EstimateRow:
         message.innovation,
         message.normalized_innovation_squared,
         message.status,
+        getattr(message, "model", ""),  # bags of earlier versions do not tell it
+    )
+
+
+def estimator_model(message: Any) -> EstimatorModel:
+    """Convert an ``EstimatorModel`` message; ValueError if its stamp is not sound."""
+    return EstimatorModel(
+        stamp=sound_stamp(_stamp(message)),
+        sequence=message.sequence,
+        estimator=message.estimator,
+        model=message.model,
+        file=message.file,
+        content=message.content,
+        effects=tuple(message.effects),
     )
 
 
 def estimates(rows: list[EstimateRow]) -> TissueEstimates:
     """Make ``TissueEstimates`` of the rows of one estimator, at least one."""
-    columns = list(zip(*(numbers for _, numbers in rows), strict=True))
-    types = [np.int64, np.int64, *([np.float64] * (len(columns) - 3)), np.uint8]
-    return TissueEstimates(rows[0][0], *map(np.array, columns, types))
+    columns = list(zip(*(values for _, values in rows), strict=True))
+    numbers = [np.float64] * (len(columns) - 4)
+    types: list[Any] = [np.int64, np.int64, *numbers, np.uint8, TEXT]
+    arrays: list[Any] = [np.array(*each) for each in zip(columns, types, strict=True)]
+    return TissueEstimates(rows[0][0], *arrays)
 
 
 def _stamp(message: Any) -> int:

@@ -15,11 +15,17 @@ from tissue_probe.recording.bags.decoding import Decoder, RecordedMap
 from tissue_probe.recording.bags.open_bag import open_bag
 from tissue_probe.recording.columns.source import Progress
 from tissue_probe.recording.errors import RecordingError
-from tissue_probe.signals import PalpationSite, Recording, TissueEstimates, join
+from tissue_probe.signals import (
+    EstimatorModel,
+    PalpationSite,
+    Recording,
+    TissueEstimates,
+    join,
+)
 
 
 def read_recording(path: str | Path, samples_topic: str | None = None) -> Recording:
-    """Read the samples, the sites and the metadata of a run.
+    """Read the samples, the sites, the filters' models and the metadata of a run.
 
     Parameters
     ----------
@@ -52,7 +58,8 @@ def recording_of(
     blocks = join(Decoder(topic, path).decode_sound(messages, decoding.samples))
     if not blocks:
         raise RecordingError(f"{path} has no samples: nothing was published on {topic.name}")
-    return Recording(tuple(blocks), tuple(_sites(bag, path, topic)), bag.metadata)
+    models = tuple(_models(bag, path, topic))
+    return Recording(tuple(blocks), tuple(_sites(bag, path, topic)), bag.metadata, models=models)
 
 
 def has_samples(bag: Bag) -> bool:
@@ -149,6 +156,15 @@ def _sites(bag: Bag, path: object, samples: Topic) -> Iterator[PalpationSite]:
     of_this_probe = [topic for topic in topics if _namespace(topic) == _namespace(samples)]
     for topic in of_this_probe or topics:
         yield from Decoder(topic, path).decode_sound(by_log_time(bag, [topic.name]), decoding.site)
+
+
+def _models(bag: Bag, path: object, samples: Topic) -> Iterator[EstimatorModel]:
+    """Yield by which models the estimators beside these samples ran."""
+    topics = topics_of_type(bag, decoding.ESTIMATOR_MODEL)
+    of_this_probe = [t for t in topics if t.name.rsplit("/", 2)[0] == _namespace(samples)]
+    for topic in of_this_probe or topics:
+        messages = by_log_time(bag, [topic.name])
+        yield from Decoder(topic, path).decode_sound(messages, decoding.estimator_model)
 
 
 def _namespace(topic: Topic) -> str:

@@ -32,7 +32,7 @@ def write_estimates(path: str | Path, estimates: TissueEstimates, origin: int) -
 
     Columns: time [s], stiffness [N/m], damping [N s/m], stiffness_variance [N^2/m^2],
     damping_variance [N^2 s^2/m^2], covariance_trace, innovation [N],
-    normalized_innovation_squared [-], status (the name of the ``Status`` in lower case).
+    normalized_innovation_squared [-], status (the name of the ``Status`` in lower case), model.
 
     Parameters
     ----------
@@ -67,6 +67,7 @@ def estimate_columns(estimates: TissueEstimates, origin: int) -> dict[str, np.nd
         "innovation": estimates.innovation,
         "normalized_innovation_squared": estimates.normalized_innovation_squared,
         "status": names[estimates.status],
+        "model": np.asarray(estimates.model, object),
     }
 
 
