@@ -37,7 +37,7 @@ from tissue_probe.monitoring.tested_model import load_tested_model
 from tissue_probe.nodes.asking import Wait
 from tissue_probe.nodes.diagnosis_process import DiagnosisFailed, DiagnosisProcess
 from tissue_probe.nodes.diagnostics import OK, Diagnostics, Health
-from tissue_probe.nodes.hearing import hear
+from tissue_probe.nodes.hearing import DISCOVERY_TIME, hear
 from tissue_probe.nodes.parameters import declare, read
 from tissue_probe.nodes.process import run
 from tissue_probe.nodes.qos import LATCHED
@@ -152,6 +152,7 @@ class IdentifyNode(Node):
 
     def __init__(self) -> None:
         super().__init__("identify")
+        self._created = time.monotonic()
         declare(self, IdentifySettings)
         self._settings = read(self, IdentifySettings)
         given = self._settings.model_dump(exclude={"output"})
@@ -238,6 +239,8 @@ class IdentifyNode(Node):
 
     def _refuse_others(self) -> None:
         """Refuse where another node would command the driver as well."""
+        # A node that has only just started has not heard of all the others.
+        time.sleep(max(0.0, self._created + DISCOVERY_TIME - time.monotonic()))
         status = self.resolve_topic_name("identify/_action/status")
         if self.count_publishers(status) > 1:
             raise IdentificationStopped(
