@@ -26,7 +26,7 @@ SIDE_BY_SIDE := --numprocesses 2 --dist
 # for processes for much of their time, but a third worker makes the samples of the others late.
 test test-slow: export OPENBLAS_NUM_THREADS := 1
 
-.PHONY: demo hidden-effect test test-slow test-page docs lint lint-page benchmark setup clean help
+.PHONY: demo hidden-effect hidden-effect-live test test-slow test-page docs lint lint-page benchmark setup clean help
 
 help: ## List the targets.
 	@grep -hE '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 16
@@ -64,6 +64,10 @@ hidden-effect: $(VENV)/packages.done ## Hide two effects in a recording and find
 		--validate recordings/0001_second.csv --output answer
 	@echo "The seal is opened:"
 	cd hidden-effect && $(BIN)/tissue_probe challenge open 0001 --model answer/model.yaml
+
+hidden-effect-live: $(VENV)/packages.done ## Find a hidden effect while the suite runs; leaves hidden-effect-live/.
+	rm -rf hidden-effect-live
+	$(BIN)/python examples/hidden_effect_live.py --folder hidden-effect-live
 
 lint: $(VENV)/packages.done $(VENV)/development.done ## Check style, docstrings, import contracts, types.
 	$(BIN)/ruff check .

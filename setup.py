@@ -24,6 +24,7 @@ NODES = [
     "adapter",
     "driver",
     "estimators",
+    "identify",
     "mapper",
     "monitor",
     "recorder",

@@ -111,7 +111,7 @@ class Rig(str, Enum):
 Hidden = Enum("Hidden", {name: name for name in diagnosis.HIDDEN}, type=str)
 Excitation = Enum("Excitation", {name: name for name in DURATIONS}, type=str)
 Group = Enum("Group", {name: name for name in (*instrument_groups.GROUPS, "speed")}, type=str)
-STEPS = ("free_air", "contact", "monitor", "tolerant")
+STEPS = ("free_air", "contact", "monitor", "tolerant", "identify")
 Step = Enum("Step", {name: name for name in STEPS}, type=str)
 Protocol = Enum("Protocol", {name: name for name in PROTOCOLS}, type=str)
 
@@ -216,8 +216,9 @@ def main(
     says of a fixed set of records, beside an earlier result; `code` how large and tangled the
     diagnosis' code is; `study` how fast many recordings are answered, and whether their statistics
     hold; `live_loop` how right a robot's force sensor is identified on an arm in MuJoCo, how right
-    its contact, whether the monitor tells hidden effects, and minutes without any, and how the
-    filters fare on a rig that is off within its tolerances; `free_form` learnt shapes on second
+    its contact, whether the monitor tells hidden effects, and minutes without any, how the
+    filters fare on a rig that is off within its tolerances, and whether an
+    identification settles on the hidden effect; `free_form` learnt shapes on second
     records; `beside` public data with published errors, and other tools on them. `all` leaves
     these nineteen out.
     """
@@ -320,7 +321,7 @@ def main(
             Console().print(*studies.tables(results["study"]))
         if part == Part.live_loop:
             # MuJoCo, which nothing else needs.
-            from benchmarks.live_loop import contact, free_air, monitor, tolerant
+            from benchmarks.live_loop import contact, free_air, identify, monitor, tolerant
 
             steps = [each.value for each in step or Step]
             if "free_air" in steps:
@@ -339,6 +340,10 @@ def main(
                 marked = tolerant.measure(seeds)
                 results["live_loop_tolerant"] = tolerant.kept(marked)
                 Console(width=120).print(tolerant.table(marked))
+            if "identify" in steps:
+                identified = identify.measure(seeds)
+                results["live_loop_identify"] = identify.kept(identified)
+                Console(width=150).print(identify.table(identified))
         if part in (Part.live, Part.all):
             results["live"] = live.measure(RESULTS, seconds)
         if part in (Part.offline, Part.all):

@@ -1,4 +1,4 @@
-"""Start estimators, the mapper on their estimates, monitor and recorder where asked for.
+"""Start estimators, the mapper on their estimates, monitor, identify and recorder if asked for.
 
 The other launch files include it.
 
@@ -88,6 +88,11 @@ def generate_launch_description() -> LaunchDescription:
                 default_value="false",
                 description="true to test the model on all samples, and diagnose where it fails",
             ),
+            DeclareLaunchArgument(
+                "identify",
+                default_value="false",
+                description="true to take goals of the action identify, which commands the driver",
+            ),
             OpaqueFunction(function=estimation_nodes),
             Node(
                 executable="monitor",
@@ -95,6 +100,14 @@ def generate_launch_description() -> LaunchDescription:
                 parameters=PARAMETERS,
                 ros_arguments=["--enclave", "/probe/monitor"],
                 condition=IfCondition(LaunchConfiguration("monitor")),
+                **COMMON,
+            ),
+            Node(
+                executable="identify",
+                name="identify",
+                parameters=PARAMETERS,
+                ros_arguments=["--enclave", "/probe/identify"],
+                condition=IfCondition(LaunchConfiguration("identify")),
                 **COMMON,
             ),
             Node(

@@ -42,6 +42,7 @@ NODES = {
         "filter": "estimation.settings:EstimatorSettings",
     },
     "estimators": {"": "nodes.estimators:EstimatorsSettings"},
+    "identify": {"": "nodes.identify:IdentifySettings"},
     "mapper": {"": "nodes.mapper:MapperSettings"},
     "monitor": {"": "monitoring.settings:MonitorSettings"},
     "scan": {"": "nodes.scan:ScanSettings"},

@@ -182,7 +182,7 @@ def test_the_table_of_estimators_has_each_of_them():
 #: Services and actions that the table of executables names beside their parameters.
 SERVICES = {
     *("scan_grid", "replay/pause", "tare", "emergency_stop", "reset"),
-    *("identify_sensor", "sensor/re_zero", "monitor/diagnose"),
+    *("identify_sensor", "sensor/re_zero", "monitor/diagnose", "identify"),
 }
 
 

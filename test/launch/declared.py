@@ -14,6 +14,7 @@ from tissue_probe.nodes.adapter import AdapterSettings
 from tissue_probe.nodes.driver import DriverSettings, ExcitationSettings
 from tissue_probe.nodes.estimator import EstimatorNodeSettings
 from tissue_probe.nodes.estimators import EstimatorsSettings
+from tissue_probe.nodes.identify import IdentifySettings
 from tissue_probe.nodes.mapper import MapperSettings
 from tissue_probe.nodes.recorder import RecorderSettings
 from tissue_probe.nodes.replay import ReplaySettings
@@ -33,6 +34,7 @@ SETTINGS: dict[str, list[tuple[str, type[BaseModel]]]] = {
         *((f"{name}.", device.settings) for name, device in DEVICES.items()),
     ],
     "estimators": [("", EstimatorsSettings)],
+    "identify": [("", IdentifySettings)],
     "mapper": [("", MapperSettings)],
     "monitor": [("", MonitorSettings)],
     "recorder": [("", RecorderSettings)],

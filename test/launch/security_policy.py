@@ -25,6 +25,7 @@ from tissue_probe.estimation import ESTIMATORS
 from tissue_probe.nodes import estimator, estimators
 from tissue_probe.nodes.adapter import AdapterNode
 from tissue_probe.nodes.driver import Driver
+from tissue_probe.nodes.identify import IdentifyNode
 from tissue_probe.nodes.mapper import Mapper
 from tissue_probe.nodes.monitor import MonitorNode
 from tissue_probe.nodes.recorder import Recorder
@@ -58,7 +59,7 @@ def make_nodes() -> list[Node]:
     made = [Driver()]
     made[0].trigger_configure()  # before there is a replay, beside which it would be refused
     made += [Stage(), Scan(), Mapper(), Recorder(), Replay(), AdapterNode(), Sensor()]
-    made.append(MonitorNode())
+    made += [MonitorNode(), IdentifyNode()]
     made += [node for name in ESTIMATORS for node in estimator.make(name)]
     made += estimators.make()
     return made
@@ -113,6 +114,11 @@ def read_graph(watcher: Node) -> Policy:
         for _, namespace, name in policy
         for service in ("get_parameters", "list_parameters")
         if not name.startswith("_")
+    }
+    # It commands the driver while it identifies.
+    policy["/probe/identify", "/probe", "identify"]["services", "request"] = {
+        f"/probe/driver/{service}"
+        for service in ("change_state", "get_state", "get_parameters", "set_parameters_atomically")
     }
     # Estimators that share a process are in its enclave, what each may open as in its own.
     for name in ESTIMATORS:

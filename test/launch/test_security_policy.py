@@ -8,7 +8,7 @@ from security_policy import OPERATOR, PARAMETER_SERVICES, Policy, live_policy, r
 from tissue_probe.estimation import ESTIMATORS
 
 #: Who works on the force beside a lone estimator; the driver looks whether another one drives.
-OTHERS = ("estimators", "monitor", "scan", "recorder", "operator", "driver")
+OTHERS = ("estimators", "identify", "monitor", "scan", "recorder", "operator", "driver")
 #: What carries the force, and what moves or feeds the coil.
 FORCE = {"/probe/samples", "/probe/measured_cf"}
 
@@ -50,13 +50,14 @@ def test_only_the_operator_stops_and_arms_the_coil(allowed):
     assert who_may(allowed, "services", "request", reset) == {OPERATOR[0]}
 
 
-def test_only_the_operator_commands_the_driver(allowed):
+def test_only_the_operator_and_who_identifies_command_the_driver(allowed):
     services = allowed["/probe/driver", "/probe", "driver"]["services", "reply"]
     commands = {name for name in services if name.rpartition("/")[2] not in PARAMETER_SERVICES}
     assert "/probe/driver/change_state" in commands
-    assert who_may(allowed, "services", "request", commands) == {OPERATOR[0]}
+    both = {OPERATOR[0], "/probe/identify"}
+    assert who_may(allowed, "services", "request", commands) == both
     setters = {"/probe/driver/set_parameters", "/probe/driver/set_parameters_atomically"}
-    assert who_may(allowed, "services", "request", setters) == {OPERATOR[0]}
+    assert who_may(allowed, "services", "request", setters) == both
     assert who_may(allowed, "topics", "publish", {"/probe/state_command"}) == {OPERATOR[0]}
 
 

@@ -22,6 +22,7 @@ from tissue_probe.analysis.question import (
 )
 from tissue_probe.analysis.result_table import ResultTable
 from tissue_probe.analysis.segments import Segment
+from tissue_probe.diagnosis.advice.separation import ALL_EXPERIMENTS, PossibleExperiments
 from tissue_probe.diagnosis.answer import Answer, Verdict, answer
 from tissue_probe.diagnosis.diagnosis import Diagnosis
 from tissue_probe.diagnosis.diagnosis import diagnose as search
@@ -293,8 +294,9 @@ def _diagnose_measurements(
     fitted: Measurements,
     validated: Measurements,
     add: Sequence[str],
-    progress: Callable[[str], None],
-    found: Found,
+    progress: Callable[[str], None] = lambda doing: None,
+    found: Found = lambda effect, fit: None,
+    possible: PossibleExperiments = ALL_EXPERIMENTS,
 ) -> DiagnosisResult:
     """Diagnose measurements that are read."""
     output = put.composition.output
@@ -311,6 +313,7 @@ def _diagnose_measurements(
             put.model.values,
             progress,
             lambda fit: found(find_added_effect(fit).name, fit),
+            possible,
         )
         return diagnosis
 
@@ -327,6 +330,24 @@ def _diagnose_measurements(
         notes += (other,)
     sources = tuple(each.source for each in taken)
     return DiagnosisResult(diagnosis, fitted, validated, sources, notes, put)
+
+
+def diagnose_read(
+    put: ModelQuestion, measured: Measurements, possible: PossibleExperiments = ALL_EXPERIMENTS
+) -> DiagnosisResult:
+    """Answer a question about measurements, all of it in this process.
+
+    Parameters
+    ----------
+    put : ModelQuestion
+        The question.
+    measured : Measurements
+        Of one specimen, fitted together.
+    possible : PossibleExperiments
+        Of which the next one is chosen.
+    """
+    with among(1):
+        return _diagnose_measurements(put, measured, Measurements(()), (), possible=possible)
 
 
 def diagnosis_of(compared: ComparisonResult, workers: int = WORKERS) -> DiagnosisResult:

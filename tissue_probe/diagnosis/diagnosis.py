@@ -15,7 +15,13 @@ from threadpoolctl import threadpool_limits
 
 from tissue_probe.diagnosis import instrument_values
 from tissue_probe.diagnosis.advice.driver_command import DriverCommand, driver_command
-from tissue_probe.diagnosis.advice.separation import Suggestion, suggest
+from tissue_probe.diagnosis.advice.separation import (
+    ALL_EXPERIMENTS,
+    RIVALS_COMPARED,
+    PossibleExperiments,
+    Suggestion,
+    suggest,
+)
 from tissue_probe.diagnosis.advice.visibility import unseen
 from tissue_probe.diagnosis.evidence.conclusion import Ladder, Verdict
 from tissue_probe.diagnosis.fit_checks import check_fit, check_held_out
@@ -172,6 +178,7 @@ def diagnose(
     begin_at: Mapping[str, float] | None = None,
     progress: Progress = lambda doing: None,
     tell: Tell = lambda fit: None,
+    possible: PossibleExperiments = ALL_EXPERIMENTS,
 ) -> Diagnosis:
     """Name the effects that a model misses.
 
@@ -195,6 +202,8 @@ def diagnose(
         Called with the step under way; an exception that it raises ends the diagnosis.
     tell : callable
         Told the model with each effect alone, as ``climb`` does.
+    possible : PossibleExperiments
+        Of which one is suggested.
 
     Raises
     ------
@@ -219,7 +228,7 @@ def diagnose(
         if (ladder.verdict, ladder.final) != (by_first.verdict, by_first.final):
             hidden = _unseen(ladder, asked, instrument)
     progress("the next experiment is chosen")
-    suggestion = _suggest_experiment(ladder, hidden, asked, instrument)
+    suggestion = _suggest_experiment(ladder, hidden, asked, instrument, possible)
     own = instrument_values.instrument_values(ladder.final, instrument)
     findings = [
         *_revise_findings(asked.findings, ladder),
@@ -281,11 +290,18 @@ def _hidden_first(ladder: Ladder, hidden: Sequence[str]) -> Ladder:
 
 
 def _suggest_experiment(
-    ladder: Ladder, hidden: Sequence[str], asked: Prepared, instrument: Instrument
+    ladder: Ladder,
+    hidden: Sequence[str],
+    asked: Prepared,
+    instrument: Instrument,
+    possible: PossibleExperiments,
 ) -> Suggestion | None:
-    rivals = ladder.rivals if ladder.alternatives and ladder.tied else [ladder.final]
+    told = ladder.posterior
+    rivals = ladder.rivals if ladder.alternatives and ladder.tied else (ladder.final,)
+    if len(rivals) == 1 and told.probabilities[0] < possible.probability:
+        rivals = told.models[:RIVALS_COMPARED]
     show = hidden if ladder.verdict == "adequate" else ()
-    return suggest(rivals, instrument, asked.library, show)
+    return suggest(rivals, instrument, asked.library, show, possible)
 
 
 def _of_fit(ladder: Ladder, second: SecondRecording) -> Iterator[Finding]:

@@ -81,11 +81,6 @@ def question(
     The tip may touch anywhere, as in the test: about the lower end of its travel, as far as that is
     long.
     """
-    constants = {
-        name: given for name, given in model.instrument.constants.items() if np.isfinite(given[1])
-    }
-    travel = float(np.ptp(block.position))
-    constants[CONTACT_POSITION.name] = float(np.min(block.position)), travel
     return Question(
         block.position,
         block.force,
@@ -93,5 +88,14 @@ def question(
         model.composition.rig.name,
         file,
         effects,
-        constants,
+        touch_anywhere(model, block.position),
     )
+
+
+def touch_anywhere(model: TestedModel, position: FloatArray) -> dict[str, tuple[float, float]]:
+    """Return a rig's constants, with a touch that may be anywhere about the travel's lower end."""
+    constants = {
+        name: given for name, given in model.instrument.constants.items() if np.isfinite(given[1])
+    }
+    constants[CONTACT_POSITION.name] = float(np.min(position)), float(np.ptp(position))
+    return constants

@@ -5,7 +5,7 @@ Contents: these.
 
 from __future__ import annotations
 
-from typing import Literal
+from typing import ClassVar, Literal
 
 from pydantic import BaseModel, ConfigDict, model_validator
 
@@ -19,8 +19,8 @@ HOUR = 3600.0
 TESTED = [rig.name for rig in RIGS.values() if rig.input is POSITION]
 
 
-class MonitorSettings(BaseModel):
-    """Which model is tested, on which windows, and how often it may be rejected in vain."""
+class TestedModelSettings(BaseModel):
+    """Which model is tested, on which instrument."""
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
@@ -37,6 +37,14 @@ class MonitorSettings(BaseModel):
     calibration_file: str = setting(
         "", "", "calibration of the instrument; empty for the rig's nominal constants"
     )
+
+    #: pytest takes classes of this name for tests.
+    __test__: ClassVar[bool] = False
+
+
+class MonitorSettings(TestedModelSettings):
+    """Which model is tested, on which windows, and how often it may be rejected in vain."""
+
     window: float = setting(
         1.5, "s", "samples that are tested together; detection takes one or two", ge=0.3, le=20.0
     )

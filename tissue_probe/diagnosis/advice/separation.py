@@ -112,6 +112,28 @@ class Suggestion:
     calibration: str = ""
 
 
+@dataclass(frozen=True)
+class PossibleExperiments:
+    """The experiments that a drive can make, and how sure the answer is to be after them.
+
+    Attributes
+    ----------
+    motions : tuple
+        Of each its excitation, preload [m] and duration [s].
+    amplitude : float
+        The coil's way in all of them [m].
+    probability : float
+        Models are to be told apart until the best is so probable; 0 leaves that to the verdict.
+    """
+
+    motions: tuple[tuple[dict[str, object], float, float], ...] = PROBE_EXPERIMENTS
+    amplitude: float = PROBE_AMPLITUDE
+    probability: float = 0.0
+
+
+#: Of a probe that stands anywhere.
+ALL_EXPERIMENTS = PossibleExperiments()
+
 #: Excitation, preload [m] and duration [s] of an experiment, and how it would come out.
 _Made = tuple[dict[str, object], float, float, Measurement]
 _Told = TypeVar("_Told")
@@ -122,6 +144,7 @@ def suggest(
     instrument: Instrument,
     library: Mapping[str, Effect],
     unseen: Sequence[str] = (),
+    possible: PossibleExperiments = ALL_EXPERIMENTS,
 ) -> Suggestion | None:
     """Choose the experiment under which rival models differ most, or unseen effects show.
 
@@ -135,13 +158,17 @@ def suggest(
         All effects.
     unseen : sequence of str
         Effects that the measurement could not have shown.
+    possible : PossibleExperiments
+        Of which one is chosen.
     """
     if len(rivals) > 1:
-        return _between(rivals, instrument)
-    return _choose_experiment(rivals[0], instrument, library, unseen) if unseen else None
+        return _between(rivals, instrument, possible)
+    return _choose_experiment(rivals[0], instrument, library, unseen, possible) if unseen else None
 
 
-def _between(rivals: Sequence[Fit], instrument: Instrument) -> Suggestion | None:
+def _between(
+    rivals: Sequence[Fit], instrument: Instrument, possible: PossibleExperiments
+) -> Suggestion | None:
     """Choose the experiment that the wrong models could not follow if one of the first were right.
 
     Where each could follow the best, being faint, one of the others may be the missing one.
@@ -157,7 +184,9 @@ def _between(rivals: Sequence[Fit], instrument: Instrument) -> Suggestion | None
     apart, best = 0.0, None
     for right in rivals[:RIVALS_COMPARED]:
         wrong = [rival for rival in rivals[:RIVALS_COMPARED] if rival is not right]
-        for made, left in _try_experiments(right, partial(_least_misfit, wrong, instrument)):
+        for made, left in _try_experiments(
+            right, partial(_least_misfit, wrong, instrument), possible
+        ):
             if left > apart:
                 apart, best = left, made
         if apart >= TOLD:
@@ -188,7 +217,11 @@ def _more(fit: Fit) -> str:
 
 
 def _choose_experiment(
-    base: Fit, instrument: Instrument, library: Mapping[str, Effect], unseen: Sequence[str]
+    base: Fit,
+    instrument: Instrument,
+    library: Mapping[str, Effect],
+    unseen: Sequence[str],
+    possible: PossibleExperiments,
 ) -> Suggestion | None:
     """Choose the experiment that shows most of the unseen effects, and name those it shows."""
     if base.composition.input is FORCE:  # another force may show them: see ``_between``
@@ -200,7 +233,7 @@ def _choose_experiment(
         return () if fit is None else visibilities(fit, effects, instrument, fit.composition)
 
     most, best = (0, 0.0), None
-    for (excitation, preload, duration, _), seen in _try_experiments(base, seen_in):
+    for (excitation, preload, duration, _), seen in _try_experiments(base, seen_in, possible):
         if not seen:
             continue
         shows = tuple(n for n, each in zip(unseen, seen, strict=True) if each > SEEN)
@@ -220,24 +253,26 @@ def _calibrations(names: Sequence[str], instrument: Instrument) -> str:
 
 
 def _try_experiments(
-    right: Fit, judged: Callable[[Measurement], _Told]
+    right: Fit, judged: Callable[[Measurement], _Told], possible: PossibleExperiments
 ) -> list[tuple[_Made, _Told]]:
     """Simulate experiments with a fitted model, and judge each."""
-    experiments = list(_experiments(right))
+    experiments = list(_experiments(right, possible))
     told = map_shared(judged, [measurement for *_, measurement in experiments])
     return list(zip(experiments, told, strict=True))
 
 
-def _experiments(right: Fit) -> Iterator[_Made]:
+def _experiments(right: Fit, possible: PossibleExperiments) -> Iterator[_Made]:
     """Simulate the experiments that a recorder can follow, with a fitted model."""
     scale = right.composition.scale
-    for excitation, preload, duration in PROBE_EXPERIMENTS:
+    for excitation, preload, duration in possible.motions:
         if _is_sampled(excitation, right.measurements[0].sample_period / scale.time):
-            measurement = _simulate_experiment(right, excitation, preload, duration)
+            measurement = _simulate_experiment(
+                right, {**excitation, "amplitude": possible.amplitude}, preload, duration
+            )
             if measurement is not None:
                 told = {
                     **_slow_excitation(excitation, scale),
-                    "amplitude": PROBE_AMPLITUDE * scale.length,
+                    "amplitude": possible.amplitude * scale.length,
                 }
                 yield told, preload * scale.length, duration * scale.time, measurement
 
@@ -269,7 +304,7 @@ def _simulate_experiment(
     times = np.arange(round(duration / period), dtype=float) * period
     # A coil that has a mass goes off gently: a jump of its speed would tell models apart by that.
     gently = np.sin(0.5 * np.pi * np.minimum(times / SETTLING_TIME, 1.0)) ** 2
-    position = parse_excitation({**excitation, "amplitude": PROBE_AMPLITUDE})(times)
+    position = parse_excitation(dict(excitation))(times)
     position = scale.length * (preload + gently * position)
     problem = Problem(fit.composition, [first], Instrument(fit.composition.rig))
     values = problem.runs.values_in(0, fit.values)
