@@ -111,7 +111,7 @@ class Rig(str, Enum):
 Hidden = Enum("Hidden", {name: name for name in diagnosis.HIDDEN}, type=str)
 Excitation = Enum("Excitation", {name: name for name in DURATIONS}, type=str)
 Group = Enum("Group", {name: name for name in (*instrument_groups.GROUPS, "speed")}, type=str)
-STEPS = ("free_air", "contact", "monitor", "tolerant")
+STEPS = ("free_air", "contact", "monitor", "tolerant", "take_model")
 Step = Enum("Step", {name: name for name in STEPS}, type=str)
 Protocol = Enum("Protocol", {name: name for name in PROTOCOLS}, type=str)
 
@@ -216,10 +216,10 @@ def main(
     says of a fixed set of records, beside an earlier result; `code` how large and tangled the
     diagnosis' code is; `study` how fast many recordings are answered, and whether their statistics
     hold; `live_loop` how right a robot's force sensor is identified on an arm in MuJoCo, how right
-    its contact, whether the monitor tells hidden effects, and minutes without any, and how the
-    filters fare on a rig that is off within its tolerances; `free_form` learnt shapes on second
-    records; `beside` public data with published errors, and other tools on them. `all` leaves
-    these nineteen out.
+    its contact, whether the monitor tells hidden effects, and minutes without any, how the filters
+    fare on a rig that is off within its tolerances, and what it costs and brings that they take
+    another model while they run; `free_form` learnt shapes on second records; `beside` public data
+    with published errors, and other tools on them. `all` leaves these nineteen out.
     """
     os.environ.setdefault("ROS_DOMAIN_ID", DOMAIN)
     count = count or (STUDIED if part == Part.study else diagnosis.COUNT)
@@ -320,7 +320,7 @@ def main(
             Console().print(*studies.tables(results["study"]))
         if part == Part.live_loop:
             # MuJoCo, which nothing else needs.
-            from benchmarks.live_loop import contact, free_air, monitor, tolerant
+            from benchmarks.live_loop import contact, free_air, monitor, take_model, tolerant
 
             steps = [each.value for each in step or Step]
             if "free_air" in steps:
@@ -339,6 +339,10 @@ def main(
                 marked = tolerant.measure(seeds)
                 results["live_loop_tolerant"] = tolerant.kept(marked)
                 Console(width=120).print(tolerant.table(marked))
+            if "take_model" in steps:
+                phases = take_model.measure(RESULTS)
+                results["live_loop_take_model"] = take_model.kept(phases)
+                Console(width=120).print(take_model.table(phases))
         if part in (Part.live, Part.all):
             results["live"] = live.measure(RESULTS, seconds)
         if part in (Part.offline, Part.all):
