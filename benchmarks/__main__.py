@@ -111,7 +111,7 @@ class Rig(str, Enum):
 Hidden = Enum("Hidden", {name: name for name in diagnosis.HIDDEN}, type=str)
 Excitation = Enum("Excitation", {name: name for name in DURATIONS}, type=str)
 Group = Enum("Group", {name: name for name in (*instrument_groups.GROUPS, "speed")}, type=str)
-STEPS = ("free_air", "contact", "monitor", "tolerant", "identify")
+STEPS = ("free_air", "contact", "monitor", "tolerant", "identify", "take_model")
 Step = Enum("Step", {name: name for name in STEPS}, type=str)
 Protocol = Enum("Protocol", {name: name for name in PROTOCOLS}, type=str)
 
@@ -216,11 +216,11 @@ def main(
     says of a fixed set of records, beside an earlier result; `code` how large and tangled the
     diagnosis' code is; `study` how fast many recordings are answered, and whether their statistics
     hold; `live_loop` how right a robot's force sensor is identified on an arm in MuJoCo, how right
-    its contact, whether the monitor tells hidden effects, and minutes without any, how the
-    filters fare on a rig that is off within its tolerances, and whether an
-    identification settles on the hidden effect; `free_form` learnt shapes on second
-    records; `beside` public data with published errors, and other tools on them. `all` leaves
-    these nineteen out.
+    its contact, whether the monitor tells hidden effects, and minutes without any, how the filters
+    fare on a rig that is off within its tolerances, whether an identification settles on the
+    hidden effect, and what it costs and brings that filters take another model while they run;
+    `free_form` learnt shapes on second records; `beside` public data with published errors, and
+    other tools on them. `all` leaves these nineteen out.
     """
     os.environ.setdefault("ROS_DOMAIN_ID", DOMAIN)
     count = count or (STUDIED if part == Part.study else diagnosis.COUNT)
@@ -321,7 +321,14 @@ def main(
             Console().print(*studies.tables(results["study"]))
         if part == Part.live_loop:
             # MuJoCo, which nothing else needs.
-            from benchmarks.live_loop import contact, free_air, identify, monitor, tolerant
+            from benchmarks.live_loop import (
+                contact,
+                free_air,
+                identify,
+                monitor,
+                take_model,
+                tolerant,
+            )
 
             steps = [each.value for each in step or Step]
             if "free_air" in steps:
@@ -344,6 +351,10 @@ def main(
                 identified = identify.measure(seeds)
                 results["live_loop_identify"] = identify.kept(identified)
                 Console(width=150).print(identify.table(identified))
+            if "take_model" in steps:
+                phases = take_model.measure(RESULTS)
+                results["live_loop_take_model"] = take_model.kept(phases)
+                Console(width=120).print(take_model.table(phases))
         if part in (Part.live, Part.all):
             results["live"] = live.measure(RESULTS, seconds)
         if part in (Part.offline, Part.all):

@@ -11,10 +11,12 @@ import numpy as np
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from std_srvs.srv import Trigger
 
-from conftest import ask, collect, fails_with, samples_publisher
+from conftest import ask, collect, fails_with, samples_publisher, set_parameter
 from tissue_probe.nodes.qos import LATCHED
 from tissue_probe.nodes.session import NodeProcess
-from tissue_probe.physics.model_file import load
+from tissue_probe.physics.composition import Composition
+from tissue_probe.physics.effects import EFFECTS
+from tissue_probe.physics.model_file import load, save
 from tissue_probe_msgs.msg import ModelVerdict, ProbeSamples
 
 RATE = 250
@@ -77,6 +79,13 @@ def wait_for(running, received: list, words: str) -> DiagnosticStatus:
 
     running.wait_until(said, words)
     return health(received)
+
+
+def written(path: Path, effect: str) -> str:
+    """A model file of an effect on tissue that is led rigidly, with default values."""
+    composition = Composition("rigid_probe", effects=(EFFECTS[effect],))
+    save(path, composition, {entry.name: entry.default for entry in composition.values}, {})
+    return str(path)
 
 
 def child_of(process: int) -> int:
@@ -146,6 +155,39 @@ def test_nothing_is_diagnosed_without_samples_or_with_values_that_are_not_finite
     assert (
         wait_for(running, states, "no samples in the last second").level == DiagnosticStatus.STALE
     )
+
+
+def test_another_model_is_tested_while_it_runs(session, tmp_path):
+    files = {
+        name: written(tmp_path / f"{name}.yaml", name)
+        for name in ("cubic_stiffening", "stiffness_step")
+    }
+    running = session(monitor(false_alarms=1e-6))
+    states = collect(running.node, DiagnosticArray, "/diagnostics")
+    publisher = samples_publisher(running.node)
+    position, force = tissue(seconds=40.0, cubic=3e7)
+    sent = iter(messages(position, force))
+    heard(running, publisher, [next(sent) for _ in range(20)])
+    wait_for(running, states, "times the noise")
+    for model, said in (
+        (files["stiffness_step"], "stiffness_step begins at an instant of the recording"),
+        ("nowhere.yaml", "nowhere.yaml: No such file"),
+    ):
+        accepted, reason = set_parameter(running, "/probe/monitor", "model", model)
+        assert not accepted
+        assert said in reason
+    assert set_parameter(running, "/probe/monitor", "model", files["cubic_stiffening"])[0]
+    running.wait_until(
+        lambda: {v.key: v.value for v in health(states).values}["model"].endswith(
+            "cubic_stiffening.yaml"
+        ),
+        "the model",
+        LONG,
+    )
+    for _ in range(20):
+        publisher.publish(next(sent))
+    told = wait_for(running, states, "the model holds")
+    assert told.level == DiagnosticStatus.OK
 
 
 def test_a_second_monitor_is_told(session):

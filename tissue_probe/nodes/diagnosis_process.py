@@ -15,7 +15,7 @@ from tempfile import TemporaryFile
 from typing import IO
 
 from tissue_probe.monitoring.question import Question, Verdict
-from tissue_probe.nodes.low_priority import lower_priority
+from tissue_probe.nodes.low_priority import lower_session
 
 _MODULE = "tissue_probe.analysis.monitor_worker"
 
@@ -48,7 +48,7 @@ class DiagnosisProcess:
             self._files = files.pop_all()
         self._begun = time.monotonic()
         self.pid = self._process.pid
-        lower_priority(self.pid)
+        lower_session(self.pid)
 
     @property
     def seconds(self) -> float:
@@ -93,4 +93,5 @@ def _start_process(asked: IO[bytes], told: IO[bytes]) -> subprocess.Popen[bytes]
         stdout=told,
         # A thread for each core would take all of them from the nodes.
         env={**os.environ, "OPENBLAS_NUM_THREADS": "1"},
+        start_new_session=True,
     )

@@ -20,9 +20,9 @@ from tissue_probe.settings import Settings
 
 #: Parameters that may change while the node runs; together where both do.
 OF_MODEL = ("model", "effects")
-#: Longest wait for a model that is read by a process of low priority [s]: on an idle machine it
-#: takes about two, and beside processes that want all of it ten times as long.
-PATIENCE = 20.0
+#: Longest wait for a model that is read [s]: on an idle machine it takes about two, and beside
+#: processes that want all of it ten times as long.
+PATIENCE = 60.0
 #: Time between two looks at a model under way [s]: it takes many times as long.
 LOOK = 0.25
 
@@ -30,9 +30,9 @@ LOOK = 0.25
 class ModelChanges(Generic[Settings]):
     """Takes another model while a node runs, which goes on with the old one until then.
 
-    A change is accepted once its file is read and composed; it is compiled by a process of its own.
-    Where another change is accepted meanwhile, that one wins. Where it fails, the parameters are
-    put back to the model in force.
+    A change is accepted once a process of its own has read and composed the file, which it then
+    compiles at low priority. Where another change is accepted meanwhile, that one wins. Where it
+    fails, the parameters are put back to the model in force.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""A model that is read and compiled beside a node, in a process of its own, of low priority.
+"""A model that is read and compiled beside a node, in a process of its own.
 
 Contents: both ends of it; ``python -m tissue_probe.nodes.model_process`` is the other one.
 
@@ -21,7 +21,7 @@ from tempfile import TemporaryFile
 from typing import Protocol
 
 from tissue_probe.errors import TissueProbeError
-from tissue_probe.nodes.low_priority import lower_priority
+from tissue_probe.nodes.low_priority import lower_session
 from tissue_probe.one_line import sentence
 
 
@@ -63,8 +63,8 @@ class ModelProcess:
                 stdout=sender.fileno(),
                 # A thread for each core would take all of them from the nodes.
                 env={**os.environ, "OPENBLAS_NUM_THREADS": "1"},
+                start_new_session=True,
             )
-        lower_priority(self._process.pid)
 
     @property
     def seconds(self) -> float:
@@ -72,7 +72,7 @@ class ModelProcess:
         return time.monotonic() - self._begun
 
     def wait_until_read(self, patience: float) -> None:
-        """Wait until the model is composed, at most so long [s].
+        """Wait until the model is composed, at most so long [s]; from then on its priority is low.
 
         Raises
         ------
@@ -84,6 +84,7 @@ class ModelProcess:
                 f"the model was not read within {patience:g} s: the machine is too busy; ask again"
             )
         self._hear()
+        lower_session(self._process.pid)
 
     def is_done(self) -> bool:
         """Return whether it is compiled, or never will be."""
@@ -118,7 +119,7 @@ class ModelProcess:
         return content
 
 
-def main() -> None:
+def answer_question() -> None:
     """Answer one question: that the model is read, then what its function returns."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # meant for who asks
     model: ModelToCompile = pickle.load(sys.stdin.buffer)
@@ -133,4 +134,4 @@ def main() -> None:
 
 
 if __name__ == "__main__":
-    main()
+    answer_question()
