@@ -63,7 +63,7 @@ SETS = (
         "Silverbox",
         "silverbox",
         ("multisine_test", "arrow_test", "arrow_no_extrapolation_test"),
-        ("cubic_stiffening",),
+        ("cubic_stiffening", "force_bias"),
         "mV",
         1e3,
         {

@@ -10,6 +10,7 @@ import math
 import subprocess
 from collections.abc import Callable
 from dataclasses import asdict
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -18,9 +19,11 @@ from rich.table import Table
 from benchmarks import machine
 from benchmarks.beside import ours, sindy
 from benchmarks.beside.data import SETS, STARTING, Set
+from benchmarks.beside.limited import MOST_SECONDS, limited
 from benchmarks.beside.results import Result
 
 PAGE = Path(__file__).parents[2] / "docs" / "beside.md"
+JAX_SYSID = "jax-sysid, 4 states and 8 neurons"
 PEER = Path(__file__).with_name("jax_sysid_peer.py")
 
 
@@ -36,24 +39,29 @@ def measure(data: Path, python: Path | None, say: Callable[[str], None] = print)
     say : callable
         Told each result.
     """
+    tools: dict[str, Callable[[Set, Path], Result]] = {
+        ours.DIAGNOSIS: ours.diagnose,
+        ours.LAW: ours.fit_law,
+        sindy.NAME: sindy.measure,
+    }
+    if python:
+        tools[JAX_SYSID] = partial(_run_jax_sysid, python)
     found = []
     for of in (each for each in SETS if each.path(data).is_file()):
-        tools = [ours.measure, sindy.measure]
-        tools += [lambda of, data: _jax_sysid(of, data, python)] if python else []
-        for tool in tools:
-            found.append(tool(of, data))
+        for name, tool in tools.items():
+            found.append(limited(name, tool, of, data))
             say(str(found[-1]))
     return found
 
 
-def _jax_sysid(of: Set, data: Path, python: Path | None) -> Result:
+def _run_jax_sysid(python: Path, of: Set, data: Path) -> Result:
     files = [str(of.path(data, part)) for part in ("train", *of.tests)]
     ran = subprocess.run(
         [str(python), str(PEER), *files], capture_output=True, text=True, check=True
     )
     told = json.loads(ran.stdout.splitlines()[-1])
     errors = tuple(of.per_unit * each for each in told["errors"])
-    return Result(of.name, "jax-sysid, 4 states and 8 neurons", "", errors, told["seconds"])
+    return Result(of.name, JAX_SYSID, "", errors, told["seconds"])
 
 
 def kept(found: list[Result]) -> list[dict[str, Any]]:
@@ -76,7 +84,7 @@ def tables(found: list[Result]) -> list[Table]:
 
 def write_page(found: list[Result]) -> None:
     """Write the page of documents: what stands in it is what was measured."""
-    parts = [_HEAD.format(starting=STARTING, **machine.describe())]
+    parts = [_HEAD.format(starting=STARTING, most=MOST_SECONDS, **machine.describe())]
     for of in SETS:
         rows = [_heads(of), ["---"] * len(_heads(of)), *_rows(of, found)]
         parts += [f"## {of.name}\n", *("| " + " | ".join(row) + " |" for row in rows), ""]
@@ -95,8 +103,10 @@ python -m benchmarks beside --data FOLDER --peer PYTHON
 ```
 
 FOLDER holds the data, which are not part of the project; PYTHON is that of an environment with
-jax-sysid. Errors are root mean squares. Seconds are those of the processor ({processor}), to learn.
-PySINDy chooses its lags and its threshold by a quarter of the training record.
+jax-sysid. Errors are root mean squares. Seconds are those of the processor ({processor}), to learn;
+a tool that takes more than {most:g}, predictions included, is ended. PySINDy chooses its lags and
+its threshold by a quarter of the training record. Both sets are published at
+[nonlinearbenchmark.org](https://www.nonlinearbenchmark.org), which has their terms.
 """
 
 
@@ -107,7 +117,7 @@ def _heads(of: Set) -> list[str]:
 
 def _rows(of: Set, found: list[Result]) -> list[list[str]]:
     rows = [
-        [each.tool, each.says, *map(_written, each.errors), _written(each.seconds)]
+        [each.tool, each.says, *map(_written, each.errors), _written_time(each.seconds)]
         for each in found
         if each.set == of.name
     ]
@@ -117,3 +127,7 @@ def _rows(of: Set, found: list[Result]) -> list[list[str]]:
 
 def _written(value: float) -> str:
     return "" if math.isnan(value) else f"{value:.3g}"
+
+
+def _written_time(seconds: float) -> str:
+    return f"over {MOST_SECONDS:g}" if math.isinf(seconds) else _written(seconds)

@@ -18,6 +18,7 @@ from benchmarks.beside.data import STARTING, Set
 from benchmarks.beside.results import Result, scored
 from tissue_probe.signals import FloatArray
 
+NAME = "PySINDy, polynomials of degree 3"
 #: How many earlier outputs the next one is a polynomial of, beside as many inputs and its own, and
 #: the degree: a mass on a spring has two, and the springs of these sets are cubic.
 LAGS, DEGREE = (2, 3, 4), 3
@@ -44,7 +45,7 @@ def measure(of: Set, data: Path) -> Result:
     for test in of.tests:
         force, position, _ = of.arrays(data, test)
         errors.append(scored(_left(best, position, force, sizes), of.per_unit))
-    return Result(of.name, "PySINDy, polynomials of degree 3", "", tuple(errors), seconds)
+    return Result(of.name, NAME, "", tuple(errors), seconds)
 
 
 def _learnt(position: FloatArray, force: FloatArray, lags: int, threshold: float) -> DiscreteSINDy:

@@ -8,6 +8,7 @@ import subprocess
 import sys
 import time
 
+import numpy as np
 import pytest
 
 from served import EXAMPLES, PATIENCE, serving
@@ -281,6 +282,36 @@ def test_the_rig_is_asked_first_and_a_refusal_fills_the_stage(open_page, tmp_pat
         assert str(tmp_path) not in page.content()
         page.click("text=Remove the recording")
         page.wait_for_selector("[data-stopped]", state="detached")
+        page.close()
+
+
+def test_a_second_input_is_named_by_its_column_and_found_missing(open_page, tmp_path):
+    time_s = np.arange(2000) / 500
+    depth = 1e-3 * np.sin(2 * np.pi * 3.0 * time_s) * np.sin(2 * np.pi * 0.37 * time_s)
+    speed = np.gradient(depth, time_s)
+    pressure = np.sin(2 * np.pi * 1.3 * time_s) + 0.5 * np.sin(2 * np.pi * 4.1 * time_s + 1.0)
+    noise = 2e-3 * np.random.default_rng(0).standard_normal(time_s.size)
+    force_n = 400.0 * depth + 3.0 * speed + 0.1 * pressure + noise
+    table = np.column_stack([time_s, depth, force_n, pressure])
+    recorded = tmp_path / "pressed.csv"
+    header = "time_s,position_m,force_N,pressure"
+    np.savetxt(recorded, table, delimiter=",", header=header, comments="")
+    layout = ("--force-polarity", "compression", "--rig", "rigid_probe")
+    with serving(tmp_path, recorded, *layout) as server:
+        page = open_page(server.address)
+        rungs_there(page)
+        page.keyboard.press("1")
+        card = page.locator("article", has_text="pressed.csv")
+        card.locator("summary", has_text="A second input").click()
+        card.locator("[name=input2]").fill("presure")
+        card.locator("text=Read anew").click()
+        page.wait_for_selector("article >> text=presure")
+        card.locator("[name=input2]").select_option("pressure")
+        card.locator("button", has_text="Read").click()
+        rungs_there(page)
+        page.keyboard.press("r")
+        page.wait_for_selector(".verdict")
+        assert "second_input" in page.inner_text(".verdict")
         page.close()
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -29,6 +29,7 @@ from tissue_probe.diagnosis.observation.measurement import Measurement
 from tissue_probe.diagnosis.prepared import prepare_question
 from tissue_probe.diagnosis.ranking.candidates import fit_base, refit
 from tissue_probe.diagnosis.ranking.carried import carry_model
+from tissue_probe.diagnosis.revisions.held_fineness import refine_held
 from tissue_probe.diagnosis.sharing import WORKERS, among
 from tissue_probe.diagnosis.sizing import library_of_size
 from tissue_probe.errors import MeasurementError
@@ -261,17 +262,21 @@ def _compare_model(
 def evaluate_model(model: FittedModel, clean: Sequence[Measurement]) -> Fit:
     """Return a model at its values on measurements: only values of a run are fitted.
 
+    It is simulated as finely as its error asks: its values may be of a fit that was finer.
+
     Raises
     ------
     MeasurementError
         If it cannot be simulated on these measurements.
     """
     rig = Instrument(model.composition.rig, {})
-    fit = carry_model(model.composition, model.values, clean, rig)
+    carry = partial(carry_model, model.composition, model.values, instrument=rig)
+    fit = carry(clean)
     if fit is None:
         raise MeasurementError(
             "`model`: it diverges on these measurements; was it fitted to other units?"
         )
+    fit = refine_held(fit, rig, carry)
     return whiten_input_noise(fit, rig, fit.named())
 
 

@@ -14,6 +14,7 @@ from contextlib import ExitStack
 from tempfile import TemporaryFile
 from typing import IO
 
+from tissue_probe.monitoring.identification import RecordsQuestion
 from tissue_probe.monitoring.question import Question, Verdict
 from tissue_probe.nodes.low_priority import lower_session
 
@@ -29,8 +30,8 @@ class DiagnosisProcess:
 
     Parameters
     ----------
-    question : Question
-        What is asked.
+    question : Question or RecordsQuestion
+        Samples, and the model that is asked about.
 
     Attributes
     ----------
@@ -38,7 +39,7 @@ class DiagnosisProcess:
         Of the process.
     """
 
-    def __init__(self, question: Question) -> None:
+    def __init__(self, question: Question | RecordsQuestion) -> None:
         # Files in place of pipes: nothing here waits for the process, nor it for this one.
         with TemporaryFile() as asked, ExitStack() as files:
             pickle.dump(question, asked)

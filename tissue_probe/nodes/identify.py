@@ -185,6 +185,7 @@ class IdentifyNode(Node):
         self._told_to_end.set()
         deadline = time.monotonic() + ENDING
         while self._busy.locked() and time.monotonic() < deadline:
+            assert self.executor is not None, "it is busy, so it is spun"
             self.executor.spin_once(timeout_sec=INTERVAL)  # answers of the driver, and the result
         self._stream.end()
         self._server.destroy()
@@ -337,6 +338,7 @@ class IdentifyNode(Node):
                 time.sleep(INTERVAL)
         finally:
             process.close()
+        assert isinstance(verdict, RecordsVerdict), "records were asked about"
         return verdict
 
     def _check(self, work: _Work) -> None:

@@ -152,7 +152,32 @@ function card(file) {
     file.ready
       ? file.notes && file.notes.length > 0 && h("details", {}, h("summary", {}, "How it was read"), h("ul", { class: "notes" }, file.notes.map((note) => h("li", {}, note))))
       : file.problem && layout(file),
+    file.ready && secondInput(file),
   );
+}
+
+/** Read a file anew by what is stated in a form. @param {import("./told.js").FileMessage} file @param {HTMLFormElement} form @param {object} known */
+function define(file, form, known) {
+  leaveFor((each) => each.number === file.number);
+  act("define", { file: file.number, layout: { ...known, ...Object.fromEntries(new FormData(form)) } }, form);
+}
+
+/** The form that names the channel of a second input. @param {import("./told.js").FileMessage} file */
+function secondInput(file) {
+  const given = /** @type {Record<string, string>} */ (file.layout);
+  const form = h(
+    "form",
+    {
+      class: "row",
+      onsubmit: (/** @type {SubmitEvent} */ event) => {
+        event.preventDefault();
+        define(file, form, file.layout);
+      },
+    },
+    entry("channel that drives the force, too", "input2", given.input2, "name of a column"),
+    h("button", { type: "submit" }, "Read anew"),
+  );
+  return h("details", { open: Boolean(given.input2) }, h("summary", {}, "A second input"), form);
 }
 
 /** The form of what a file does not tell. @param {import("./told.js").FileMessage} file */
@@ -166,9 +191,7 @@ function layout(file) {
       class: "card", style: { border: 0, padding: 0 },
       onsubmit: (/** @type {SubmitEvent} */ event) => {
         event.preventDefault();
-        const stated = Object.fromEntries(new FormData(form));
-        leaveFor((each) => each.number === file.number);
-        act("define", { file: file.number, layout: stated }, form);
+        define(file, form, {});
       },
     },
     h("p", { class: "problem" }, plain(file.problem?.told ?? "")),
@@ -179,6 +202,7 @@ function layout(file) {
       choice("positions grow", "position_polarity", ["into", "out"], given.position_polarity ?? "into"),
       ["time", "position", "force"].filter((role) => !(bag && role === "time")).map((role) =>
         names.length ? choice(role, role, names, given[role], "as its name tells") : entry(role, role, given[role], "name of a column")),
+      names.length ? choice("second input", "input2", names, given.input2, "none") : entry("second input", "input2", given.input2, "name of a column, if any"),
       choice("unit of the position", "position_unit", choices?.position_unit ?? [], given.position_unit, "as told, else m"),
       choice("unit of the force", "force_unit", choices?.force_unit ?? [], given.force_unit, "as told, else N"),
       !bag && choice("unit of the time", "time_unit", choices?.time_unit ?? [], given.time_unit, "as told, else s"),
