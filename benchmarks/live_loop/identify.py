@@ -19,7 +19,7 @@ from dataclasses import asdict, dataclass, replace
 import numpy as np
 from rich.table import Table
 
-from tissue_probe.analysis.monitored import answer_records
+from tissue_probe.analysis.monitor_worker import answer_records
 from tissue_probe.challenge.case import Case
 from tissue_probe.challenge.change import log_uniform
 from tissue_probe.challenge.instrument import (

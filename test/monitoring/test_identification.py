@@ -13,7 +13,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from tissue_probe.analysis.monitored import answer_records
+from tissue_probe.analysis.monitor_worker import answer_records
 from tissue_probe.challenge.record import follow
 from tissue_probe.challenge.simulator import make_challenge
 from tissue_probe.devices.limits import Limits
