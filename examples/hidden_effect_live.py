@@ -3,9 +3,9 @@
     python examples/hidden_effect_live.py [EFFECT] [--folder FOLDER]
 
 A simulated probe has an effect that the models of the estimators miss. The monitor says so; the
-action ``Identify`` records, chooses excitations and says which effect it is; an estimator with the
-new model then runs beside the one without. Printed and drawn are the innovations of both on the
-same samples, over the noise of the force: about 1 where a model is right.
+action ``Identify`` records, chooses excitations and says which effect it is; the estimator then
+takes the new model while it runs. Printed and drawn are its innovations before and after, over the
+noise of the force: about 1 where a model is right.
 """
 
 from __future__ import annotations
@@ -16,11 +16,13 @@ from pathlib import Path
 
 import matplotlib
 import numpy as np
+from rcl_interfaces.srv import SetParametersAtomically
 from rclpy.action import ActionClient
+from rclpy.parameter import Parameter
 from rclpy.qos import QoSProfile
 
 from tissue_probe.errors import TissueProbeError
-from tissue_probe.nodes.asking import to_action
+from tissue_probe.nodes.asking import ask, to_action
 from tissue_probe.nodes.conversions import from_time
 from tissue_probe.nodes.qos import BLOCKS, LATCHED
 from tissue_probe.nodes.session import NodeProcess, Session, SessionError
@@ -46,18 +48,8 @@ ESTIMATOR = "robust_ekf"
 
 
 @dataclass(frozen=True)
-class RenamedEstimator(NodeProcess):
-    """A second estimator of one kind, whose estimates have a topic of their own."""
-
-    def command(self, parameter_file: Path) -> list[str]:
-        """Return the command line."""
-        rename = f"{ESTIMATOR}/estimate:={self.name}/estimate"
-        return [*super().command(parameter_file), "-r", rename]
-
-
-@dataclass(frozen=True)
 class Innovations:
-    """Innovations over the noise of the force, of one estimator.
+    """Innovations over the noise of the force, by one model.
 
     Attributes
     ----------
@@ -118,10 +110,11 @@ def run(effect: str, folder: Path, records: int = 3, monitored: bool = True) -> 
         result = identify(session, records)
         print(f"\n{result.message}\n{result.text}", flush=True)
         if result.model:
-            before, after = compare(session, Path(result.recordings[0]).parent / "model.yaml")
+            model = Path(result.recordings[0]).parent / "model.yaml"
+            before, after = change_model(session, model)
             print(
                 f"\nInnovations over the noise, rms: {before.rms:.2f} before, {after.rms:.2f} with "
-                "the new model, on the same samples."
+                "the new model."
             )
             draw(before, after, effect, folder / "innovations.png")
         session.deactivate()
@@ -174,24 +167,33 @@ def identify(session: Session, records: int) -> Identify.Result:
     return answer.result().result
 
 
-def compare(session: Session, model: Path) -> tuple[Innovations, Innovations]:
-    """Run an estimator with a model beside the one without; return the innovations of both."""
-    improved = f"{ESTIMATOR}_improved"
-    settings = {"estimator": ESTIMATOR, "model": str(model)}
-    heard: dict[str, list[TissueEstimate]] = {ESTIMATOR: [], improved: []}
-    with Session([RenamedEstimator("estimator", improved, parameters=settings)]):
-        for name, estimates in heard.items():
-            qos = QoSProfile(depth=BLOCKS.depth, reliability=BLOCKS.reliability)
-            session.node.create_subscription(
-                TissueEstimate, f"{name}/estimate", estimates.append, qos
-            )
-        session.wait_until(
-            lambda: min(map(_span, heard.values())) > 2.0 * COMPARED, "estimates", PATIENCE
-        )
-    last = min(from_time(each[-1].header.stamp) for each in heard.values())
-    first = last - round(COMPARED * NANOSECONDS)
-    before, after = (_cut(estimates, first, last) for estimates in heard.values())
-    return before, after
+def change_model(session: Session, model: Path) -> tuple[Innovations, Innovations]:
+    """Let the estimator take a model while it runs; return the innovations before and after."""
+    heard: list[TissueEstimate] = []
+    qos = QoSProfile(depth=BLOCKS.depth, reliability=BLOCKS.reliability)
+    session.node.create_subscription(TissueEstimate, f"{ESTIMATOR}/estimate", heard.append, qos)
+    session.wait_until(lambda: _span(heard) > COMPARED, "estimates", PATIENCE)
+    old = heard[0].model
+    print(f"The estimator takes the new model, in the place of {old} ...", flush=True)
+    request = SetParametersAtomically.Request(
+        parameters=[Parameter("model", value=str(model.absolute())).to_parameter_msg()]
+    )
+    name = f"/probe/{ESTIMATOR}/set_parameters_atomically"
+    answer = ask(
+        session.node, SetParametersAtomically, name, request,
+        lambda condition: session.wait_until(condition, name, PATIENCE),
+    )  # fmt: skip
+    if not answer.result.successful:
+        raise SessionError(answer.result.reason)
+    session.wait_until(
+        lambda: _span([each for each in heard if each.model != old]) > 2.0 * COMPARED,
+        "estimates by the new model",
+        PATIENCE,
+    )
+    before, after = (
+        [each for each in heard if (each.model == old) == is_old] for is_old in (True, False)
+    )
+    return _cut(before), _cut(after)
 
 
 def _span(estimates: list[TissueEstimate]) -> float:
@@ -201,8 +203,11 @@ def _span(estimates: list[TissueEstimate]) -> float:
     return (last - first) / NANOSECONDS
 
 
-def _cut(estimates: list[TissueEstimate], first: int, last: int) -> Innovations:
-    within = [each for each in estimates if first <= from_time(each.header.stamp) <= last]
+def _cut(estimates: list[TissueEstimate]) -> Innovations:
+    """Return the innovations of the last estimates."""
+    last = from_time(estimates[-1].header.stamp)
+    first = last - round(COMPARED * NANOSECONDS)
+    within = [each for each in estimates if from_time(each.header.stamp) >= first]
     time = [(from_time(each.header.stamp) - first) / NANOSECONDS for each in within]
     return Innovations(np.array(time), np.array([each.innovation for each in within]) / NOISE)
 
