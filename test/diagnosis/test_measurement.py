@@ -73,17 +73,3 @@ def test_noise_of_a_short_position_is_not_taken_for_motion_by_chance():
         of_depth, of_force = np.random.default_rng(seed).normal(size=(2, time.size))
         read = Measurement(depth + 1e-5 * of_depth, 1e3 * depth + 0.1 * of_force, 4e-3)
         assert read.position_noise == pytest.approx(1e-5, rel=0.4)
-
-
-@given(told=st.floats(1e-3, 0.1))
-def test_samples_that_are_left_out_bring_back_no_noise_that_a_model_took_away(told):
-    whole = Measurement(POSITION, FORCE, 1e-3, noise=Noise(told))
-    assert whole.without(np.arange(1000) == 500).noise.own == told
-
-
-def test_noise_is_estimated_again_without_the_samples_that_were_left_out():
-    spiked = np.arange(1000) % 40 == 7
-    whole = Measurement(POSITION, FORCE + 100.0 * spiked, 1e-3)
-    left = whole.without(spiked).noise.own
-    assert left < whole.noise.own
-    assert left == pytest.approx(1.0, rel=0.1)

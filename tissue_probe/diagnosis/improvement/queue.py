@@ -177,11 +177,7 @@ class Queue:
         return move.promised > reached - (RIVAL if enough else 0.0)
 
     def _make(self, few: Sequence[Move], count: int) -> None:
-        """Make moves; the neighbours of a model better than all before are tried at once.
-
-        Where nothing explains a long record each is better than the one before: the budget ends
-        that as it ends all moves.
-        """
+        """Make moves; the neighbours of a model better than all before are tried at once."""
         fewer, done = self.best(count - 1) or self.base, self.effort.done
         before = self.best(count) or fewer
         found = self.moves.fit_moves(few, self._find_cost_needed(fewer))
@@ -194,7 +190,7 @@ class Queue:
                 and evidence(fit, self.base) > evidence(before, self.base)
                 and removes(fewer, fit)
             ]
-            if not better or self._is_spent():
+            if not better:
                 break
             before = self.best(count) or before
             found = [

@@ -272,16 +272,10 @@ class Measurement:
         return replace(self._keep_only(slice(count)), motion=None)
 
     def without(self, samples: BoolArray) -> Measurement:
-        """Return the same, with some samples not used; its noise is estimated from the others.
-
-        There is no more of it than was told before: a model may have shown that samples which
-        follow a quick motion are no noise, and the others are as quick.
-        """
+        """Return the same, with some samples not used; its noise is estimated from the others."""
         if not samples.any():
             return self
-        used, before = self.used & ~samples, self.noise.own
-        others = replace(self, used=used, noise=self.noise.restart_estimate())
-        return replace(others, noise=others.noise.with_own(min(others.noise.own, before)))
+        return replace(self, used=self.used & ~samples, noise=self.noise.restart_estimate())
 
     def within(self, residual: FloatArray, colour: bool = True) -> Measurement:
         """Return the same with no more noise than a model's residual, shape (n,), has.

@@ -29,15 +29,12 @@ RULE_ORDER = 4
 def finer(fit: Fit, instrument: Instrument) -> list[Measurement] | None:
     """Return the measurements of a fit, to be simulated as finely as its values need it.
 
-    None where that is as finely as they are, or where the samples are too few for it. A model that
-    leaves r times the noise has values that are off by r times as much: an error of the simulation
-    is not seen in them until it is as many times larger.
+    None where that is as finely as they are, or where the samples are too few for it.
     """
     told = doubt(fit, instrument)
-    unseen = UNSEEN * max(fit.ratio, 1.0)
-    parts = min(math.ceil((told.step / unseen) ** (1.0 / RULE_ORDER)), MOST_FINER_PARTS)
+    parts = min(math.ceil((told.step / UNSEEN) ** (1.0 / RULE_ORDER)), MOST_FINER_PARTS)
     refined = [in_more_parts(each, max(parts, 1)) for each in fit.measurements]
-    if told.course > unseen:
+    if told.course > UNSEEN:
         along = [smoother(each) or each for each in refined]
         known = all(each.fineness.degree < DEGREES[-1] for each in along)
         refined = along if known and not _is_worse(along, refined, fit, instrument) else refined
