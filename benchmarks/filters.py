@@ -146,7 +146,7 @@ def faults(
     """Yield the faults that estimates and covariances of the state show."""
     said = ("innovation", "normalized_innovation_squared")
     values = {name: getattr(estimates, name) for name in estimates.__dataclass_fields__}
-    numbers = [v for n, v in values.items() if n != "estimator" and n not in said]
+    numbers = [v for n, v in values.items() if n not in ("estimator", "model", *said)]
     # A missing sample has no innovation, which is NaN.
     infinite = any(np.any(np.isinf(values[name])) for name in said)
     if infinite or not all(np.all(np.isfinite(each)) for each in numbers):

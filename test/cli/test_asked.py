@@ -41,9 +41,9 @@ def test_nothing_said_on_the_command_line_is_nothing_said_in_python():
 
 def test_the_page_states_all_but_files():
     assert set(OfPage().parameters()) == {e.name for e in ITEMS if e.kind not in ("file", "files")}
-    stated = OfPage().changed({"prior": {"relaxation": ["10", "0"]}, "course": "held"})
-    assert (stated.prior, stated.course) == ({"relaxation": 10.0}, "held")
-    assert OfPage().changed({"prior": stated.prior}).prior == stated.prior
+    stated = OfPage().changed({"prior": {"relaxation": ["10", "0"]}, "course": "held"}).items
+    assert (stated["prior"], stated["course"]) == ({"relaxation": 10.0}, "held")
+    assert OfPage().changed({"prior": stated["prior"]}).items["prior"] == stated["prior"]
     with pytest.raises(RequestRefused, match="`course` is 'bent'"):
         OfPage().changed({"course": "bent"})
 

@@ -31,6 +31,7 @@ COLUMNS = [
     "innovation",
     "normalized_innovation_squared",
     "status",
+    "model",
 ]
 
 

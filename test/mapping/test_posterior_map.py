@@ -138,7 +138,7 @@ def test_sites_too_far_apart_for_the_raster_are_refused_before_the_chains_run(mo
     def run(*given):
         raise AssertionError("chains run")
 
-    monkeypatch.setattr("tissue_probe.mapping.posterior.sampled.Chains.further", run)
+    monkeypatch.setattr("tissue_probe.mapping.posterior.posterior_sample.Chains.further", run)
     x, y = grid(5)
     x[0] = 90.0  # m: one of the millimetres of a careless table
     with pytest.raises(ParameterError, match="if these are mm"):

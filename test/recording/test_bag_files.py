@@ -260,7 +260,7 @@ def test_a_ros1_chunk_that_would_fill_the_memory_is_refused(tmp_path, monkeypatc
     with pytest.raises(RecordingError, match=r"run.bag is not read: a chunk of it unpacks to more"):
         list(open_bag(path).messages(["/place"]))
     monkeypatch.setattr(unpacking, "TOTAL", 2**12)
-    monkeypatch.setattr(unpacking, "RATIO", 1)
+    monkeypatch.setattr(unpacking, "LARGEST_RATIO", 1)
     with pytest.raises(RecordingError, match=r"run.bag is not read: it unpacks to more than"):
         open_bag(path)
 

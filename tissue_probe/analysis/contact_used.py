@@ -121,7 +121,7 @@ def design_admittance(
         Time constant of the robot's position loop [s].
     stiffest : float, MapResult, or path, optional
         A stiffness that is known otherwise [N/m]; or a map, as itself or by the file that
-        ``tissue_probe map --json`` writes: the highest upper end of its 95 % intervals.
+        ``tissue_probe map`` writes for programs: the highest upper end of its 95 % intervals.
     gain_margin, phase_margin : float
         By which factor the tissue may be stiffer, and by how much the loop may turn further
         [degrees] (K. Åström and R. Murray, Feedback Systems (2008), section 9.3: 2 to 5, 30 to 60).

@@ -29,7 +29,7 @@ def find_stiffest(name: str, given: Any) -> float:
     name : str
         Of the parameter, for the sentence that refuses.
     given : float, MapResult, or path
-        A stiffness [N/m], a map, or the file that the command ``map`` writes with ``--json``.
+        A stiffness [N/m], a map, or the file that the command ``map`` writes for programs.
 
     Returns
     -------
@@ -60,7 +60,7 @@ def _of_file(path: Path) -> float:
         mean, sd = (np.array(surface[key], float) for key in ("mean", "sd"))
     except (ValueError, KeyError, TypeError):
         raise MeasurementError(
-            f"{path} is no map: give a file that `tissue_probe map --json` wrote"
+            f"{path} is no map: give a file that `tissue_probe map` wrote for programs"
         ) from None
     return _upper_end(mean, sd, str(path))
 

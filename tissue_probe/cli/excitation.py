@@ -7,13 +7,12 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from tissue_probe.signals import FloatArray
-
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from tissue_probe.estimation.bound import Bound
     from tissue_probe.excitation import Excitation
+    from tissue_probe.signals import FloatArray
 
 SAMPLE_PERIOD = 5e-4  # s, the paper's 2 kHz
 SHOWN_TIMES = (0.01, 0.02, 0.05, 0.1, 0.2, 1.0)  # s

@@ -134,7 +134,7 @@ def _of_content(content: Any) -> Contact:
         raise ValueError(f"its verdict is none of {', '.join(VERDICTS)}")
     given: dict[str, Any] = {"verdict": content["verdict"]}
     for each in fields(Contact):
-        if each.type == "Number":
+        if each.type == ContactNumber.__name__:
             parts = (_number(content, each.name, part) for part in ("value", "deviation"))
             given[each.name] = ContactNumber(*parts)
         elif each.type == "float":
