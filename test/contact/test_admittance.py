@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 
 import numpy as np
+import pandas as pd
 import pytest
 import yaml
 
@@ -154,6 +155,8 @@ def test_the_file_tells_the_error_of_the_model_the_range_and_the_margins():
         ({"contacts": contact(deviation=0.8)}, "the stiffness of a contact is not told"),
         ({"stiffest": -1.0}, "`stiffest` is -1.0; give a number"),
         ({"stiffest": [900.0]}, "`stiffest` is of the type list"),
+        ({"stiffest": pd.DataFrame({"k": [900.0]})}, "`stiffest` is of the type DataFrame"),
+        ({"stiffest": "none/map.json"}, "none/map.json: No such file"),
         ({"contacts": []}, "`contacts` is of the type list; give a contact, or several"),
         ({"contacts": "none.yaml"}, "none.yaml: No such file"),
     ],

@@ -82,7 +82,6 @@ class AdmittanceResult(Alike):
     stiffness=_bounded(gains_of.SPRINGS, "N/m"),
     delay=take.number(least=0.0, below=1.0, unit="s"),
     lag=take.number(least=0.0, below=10.0, unit="s"),
-    stiffest=take.optional(find_stiffest),
     gain_margin=take.number(above=1.0, below=100.0),
     phase_margin=take.number(above=0.0, below=90.0, unit="degrees"),
     axes=take.several(take.choice(*gains_of.TOOL_AXES), "axes"),
@@ -144,7 +143,6 @@ def design_admittance(
     """
     tissues = _contacts("contacts", contacts)
     begun = Admittance(mass, damping=1.0, spring=stiffness, delay=delay, lag=lag)
-    # The checks have made a number of a map.
     highest = 0.0 if stiffest is None else find_stiffest("stiffest", stiffest)
     gains = gains_of.design(tissues, begun, gain_margin, math.radians(phase_margin), highest)
     written = gains_of.text(gains, tissues, gains.parameters(axes, frame, node))

@@ -6,6 +6,7 @@ Contents: from a number, a map, or the file of a map to a stiffness.
 from __future__ import annotations
 
 import json
+from numbers import Real
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -47,9 +48,12 @@ def find_stiffest(name: str, given: Any) -> float:
     """
     if isinstance(given, (str, Path)):
         return _of_file(take.path(name, given))
-    if hasattr(given, "map"):
-        surface = given.map.surface
-        return _upper_end(surface.mean, surface.sd, "the map")
+    if not isinstance(given, Real):
+        from tissue_probe.analysis.mapping import MapResult
+
+        if isinstance(given, MapResult):
+            surface = given.map.surface
+            return _upper_end(surface.mean, surface.sd, "the map")
     return float(_NUMBER(name, given))
 
 
