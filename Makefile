@@ -22,6 +22,11 @@ SITE := test/site
 # Tests of many seeds or many cases of a kind, of which `make test` runs some: `make test-slow` runs them.
 SLOW := battery
 SIDE_BY_SIDE := --numprocesses 2 --dist
+# A machine that others use too may hold up a process for seconds. A live test that failed is therefore run
+# once more, alone; both runs are in the log. $(1): options of the
+# first run alone, $(2): options and folders.
+live = $(BIN)/python -m pytest $(1) $(2) || \
+	$(BIN)/python -m pytest --last-failed --last-failed-no-failures none $(2)
 # Two workers on two cores: threads of each would only wait for those of the other. Live tests wait
 # for processes for much of their time, but a third worker makes the samples of the others late.
 test test-slow: export OPENBLAS_NUM_THREADS := 1
@@ -37,15 +42,15 @@ demo: $(VENV)/packages.done ## Palpate a simulated phantom; leaves run.mcap, map
 test: $(VENV)/packages.done $(VENV)/development.done ## Run the tests, real ROS 2 processes included.
 	$(BIN)/python test/kernels.py
 	$(BIN)/python -m pytest $(SIDE_BY_SIDE) loadfile -m "not $(SLOW)" $(addprefix --ignore=,$(LIVE) $(PAGE) $(SITE))
-	$(BIN)/python -m pytest $(SIDE_BY_SIDE) loadfile --timeout-method thread -m "not crowded" test/nodes
-	$(BIN)/python -m pytest --timeout-method thread -m crowded test/nodes
-	$(BIN)/python -m pytest $(SIDE_BY_SIDE) loadfile test/launch test/benchmarks
+	$(call live,$(SIDE_BY_SIDE) loadfile -m "not crowded",--timeout-method thread test/nodes)
+	$(call live,-m crowded,--timeout-method thread test/nodes)
+	$(call live,$(SIDE_BY_SIDE) loadfile,test/launch test/benchmarks)
 
 test-slow: $(VENV)/packages.done $(VENV)/development.done ## Run the tests of many seeds that `make test` leaves out.
 	$(BIN)/python -m pytest $(SIDE_BY_SIDE) loadfile -m $(SLOW) $(addprefix --ignore=,$(LIVE) $(PAGE) $(SITE))
 
 test-page: $(VENV)/packages.done $(VENV)/development.done ## Test the workbench's page in Chromium.
-	@if command -v chromium >/dev/null; then $(BIN)/python test/kernels.py && $(BIN)/python -m pytest $(PAGE); \
+	@if command -v chromium >/dev/null; then $(BIN)/python test/kernels.py && { $(call live,,$(PAGE)); }; \
 		else echo "The page is not tested: there is no chromium (apt-get install chromium)."; fi
 
 docs: export OPENBLAS_NUM_THREADS := 1
