@@ -24,6 +24,8 @@ pytestmark = pytest.mark.timeout(900)
 RIG = Composition("force_driven")
 FREE = Instrument(FORCE_DRIVEN)
 WEIGHED = Instrument(FORCE_DRIVEN, FORCE_DRIVEN.known | {"tip_mass": (0.08, 0.0008)})
+#: The position is another's: its zero may be anywhere.
+ANYWHERE = replace(FREE, any_zero=True)
 SOFTER = {"preload": 0.6}
 
 
@@ -86,6 +88,27 @@ def test_a_constant_that_is_no_force_is_told_from_a_touch_within_its_tolerance(p
     slight = diagnose(RIG, [taken(plain, push(TIMES) + 0.006)], FREE, EFFECTS)
     assert slight.verdict == "adequate"
     assert "force_bias" in slight.unseen
+
+
+@pytest.mark.parametrize("zero", [0.0, 0.013, -0.7])
+def test_a_position_whose_zero_nobody_knows_may_lie_anywhere(plain, zero):
+    found = diagnose(RIG, [taken(plain + zero, push(TIMES))], ANYWHERE, EFFECTS)
+    assert found.verdict == "adequate"
+    assert found.ladder.final.named()["contact_position"] == pytest.approx(zero, abs=1e-6)
+    assert found.ladder.final.named()["stiffness"] == pytest.approx(600.0, rel=2e-3)
+
+
+def test_a_curved_spring_tells_the_zeros_of_force_and_position_apart():
+    """Of a straight one they are the same: a score by the straight spring cannot tell them."""
+    tried = {name: EFFECTS[name] for name in ("cubic_stiffening", "force_bias", "force_gain")}
+    position = shaken(Specimen(cubic=3e7)) + 0.013
+    found = diagnose(RIG, [taken(position, push(TIMES) + 0.3)], ANYWHERE, tried)
+    assert set(found.effects) == {"cubic_stiffening", "force_bias"}
+    assert found.verdict == "missing"
+    values = found.ladder.final.named()
+    assert values["contact_position"] == pytest.approx(0.013, abs=2e-5)
+    assert values["force_bias"] == pytest.approx(0.3, abs=0.01)
+    assert values["cubic_stiffness"] == pytest.approx(3e7, rel=0.02)
 
 
 def test_a_gain_poses_as_another_mass_and_a_calibration_is_asked_for(plain):

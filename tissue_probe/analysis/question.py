@@ -113,7 +113,7 @@ class ModelQuestion:
     def instrument_for(self, measured: Measurements) -> Instrument:
         """Return the rig's constants as far as they are known for these measurements.
 
-        A tip that follows the position exactly has no spring that tells the touch. Where nobody
+        A position that is the tip's has no spring beside it that tells the touch. Where nobody
         says where it is, the zero of others' positions may be anywhere; this suite's is the touch.
 
         Raises
@@ -125,9 +125,10 @@ class ModelQuestion:
         if not (self.rig_given or own):
             raise ParameterError(WHICH_RIG)
         supposed = CONTACT_POSITION.name in self.instrument.supposed
-        led = self.composition.rig.tip_is_position
-        zeros = any(effect.zero for effect in self.composition.all_effects)
-        return replace(self.instrument, any_zero=supposed and led and not (own or zeros))
+        rig = self.composition.rig
+        zeros = rig.tip_is_position and any(each.zero for each in self.composition.all_effects)
+        any_zero = supposed and not (rig.load_cell_yields or own or zeros)
+        return replace(self.instrument, any_zero=any_zero)
 
     @cached_property
     def library(self) -> Mapping[str, Effect]:

@@ -98,10 +98,15 @@ def with_any_touch(measurements: Sequence[Measurement], instrument: Instrument) 
     """Return the instrument with the place of touch as free as the records leave it.
 
     That is where nobody has said where the position's zero is: anywhere, where the tip never leaves
-    the tissue; else as far from zero as no force is felt.
+    the tissue; else as far from zero as no force is felt. Where a force drives, the touch is where
+    that force is zero, and the travel over the force says how far off that may be.
     """
-    told = instrument.constants.get(CONTACT_NAME, (0.0, 0.0))[1] > 0.0
-    if told or not instrument.any_zero:
+    if not instrument.any_zero:
+        return instrument
+    if all(each.input is FORCE for each in measurements):
+        touch = max((_touch_unloaded(each) for each in measurements), key=lambda told: told[1])
+        return replace(instrument, constants={**instrument.constants, CONTACT_NAME: touch})
+    if instrument.constants.get(CONTACT_NAME, (0.0, 0.0))[1] > 0.0:
         return instrument
     within = min(
         touch_within(each.position[each.used], each.force[each.used], each.noise.own)
@@ -110,6 +115,18 @@ def with_any_touch(measurements: Sequence[Measurement], instrument: Instrument) 
     if not np.isfinite(within):
         return replace(instrument, free_touch=True)
     return replace(instrument, constants={**instrument.constants, CONTACT_NAME: (0.0, within)})
+
+
+def _touch_unloaded(measurement: Measurement) -> tuple[float, float]:
+    """Return where a tip that a force drives may touch [m], and the standard deviation of that.
+
+    It is the travel, and as many times longer as the force is larger than its range; anywhere,
+    where the force does not change.
+    """
+    position, force = measurement.position, measurement.force
+    loaded = float(np.max(np.abs(force)))
+    times = max(1.0, loaded / np.ptp(force)) if np.ptp(force) > 0.0 else np.inf
+    return float(np.mean(position)), float(np.ptp(position) * times)
 
 
 def _inspect_measurement(measurement: Measurement) -> tuple[Finding, ...]:

@@ -94,7 +94,7 @@ def prepare_question(
     library = library_of_size(library or {}, scale, wanted)
     asked_for = [library[name] for name in wanted]
     _refuse(composition.rig, asked_for)
-    if any(effect.zero for effect in asked_for):
+    if composition.rig.tip_is_position and any(effect.zero for effect in asked_for):
         instrument = replace(instrument, any_zero=False)
     clean, found = clean_measurements(measurements)
     clean, instrument, touched = from_touch(clean, instrument)

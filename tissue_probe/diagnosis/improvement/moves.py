@@ -126,6 +126,8 @@ class Moves:
     def _move(self, fit: Fit, promise: Promise) -> Move:
         whole = self._library[promise.effect.name]
         reliable = not any(map(switches, (whole, *fit.composition.effects)))
+        # By the base, whose spring is straight, a zero of the force is one of the position.
+        reliable &= not (whole.zero and self._instrument.any_zero)
         promised = promised_evidence(fit, promise.effect, promise.cost, self._base)
         kind = reliable, self.parts((whole, *fit.composition.effects))
         return Move(fit, promise.effect if reliable else whole, promised, reliable, kind)
