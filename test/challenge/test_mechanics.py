@@ -70,6 +70,19 @@ def test_damage_that_returns_leaves_a_first_pressing_alone():
     assert np.all(soft < 0.7 * hold(MASSLESS, 2e-3))
 
 
+def test_tissue_that_was_worked_long_is_a_weaker_spring():
+    worked = MASSLESS._replace(worked_off=0.4, working_path=1e-3, worked_before=1.0)
+    weaker = MASSLESS._replace(stiffness=600.0)
+    np.testing.assert_allclose(vibrate(worked)[1], vibrate(weaker)[1], atol=1e-9)
+
+
+def test_fresh_tissue_loses_stiffness_by_the_way_that_it_was_pressed():
+    force = hold(MASSLESS._replace(worked_off=0.4, working_path=2e-3), 2e-3)[-1]
+    depth = 2e-3 - force / MASSLESS.load_cell_stiffness
+    left = 1.0 - 0.4 * (1.0 - np.exp(-depth / 2e-3))
+    assert force == pytest.approx(1000.0 * left * depth, rel=2e-3)
+
+
 def test_a_curved_branch_beside_a_straight_spring_is_straight():
     straight = Specimen(branch_stiffness=(300.0,), branch_rate=(40.0,))
     curved = straight._replace(branch_curved=1.0)

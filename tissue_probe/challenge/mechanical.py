@@ -109,6 +109,12 @@ def _damage_by_depth(strength: float, at: Situation, random: Random) -> Change:
     return Change({**law, "damage_returns": float(random.integers(2))})
 
 
+def _preconditioning(strength: float, at: Situation, random: Random) -> Change:
+    """Lose stiffness by the way of some cycles, or of many (Fung, 1993, chapter 7)."""
+    cycles = log_uniform(random, 2.0, 30.0)
+    return Change({"worked_off": strength, "working_path": 4.0 * cycles * at.amplitude})
+
+
 def _nonlinear_damping(strength: float, at: Situation, random: Random) -> Change:
     """Quadratic, a power (Cross, 1965), by the direction, or of the recent speed (Barnes, 1997)."""
     beta, law = at.specimen.damping, random.integers(4)
@@ -253,6 +259,7 @@ MECHANICAL: dict[str, HiddenEffect] = {
     "saturating_spring": HiddenEffect("stiffening", _saturating_spring, 0.03, 0.7, 6.0),
     "bilinear_spring": HiddenEffect("stiffening", _bilinear_spring, 1e-3, 0.5, 10.0),
     "damage_by_depth": HiddenEffect("damage", _damage_by_depth, 1e-3, 0.4, 0.95),
+    "preconditioning": HiddenEffect("damage", _preconditioning, 1e-3, 0.4, 0.95),
     "nonlinear_damping": HiddenEffect("damping", _nonlinear_damping, 1e-3, 0.3, 30.0),
     "hunt_crossley": HiddenEffect("stiffening", _hunt_crossley, 3e-3, 1.0, 30.0),
     "contact_loss": HiddenEffect("contact", _contact_loss, 0.01, 0.5, 1.0, sets_preload=True),

@@ -4,8 +4,8 @@ Contents: the rates of all states while contact, friction and play keep their mo
 that say that one has ended.
 
 States: tip position, velocity, Bouc-Wen's z [-], mode's position and velocity, recent strain
-amplitude [m], recent speed [m/s], largest depth so far [m], then the force of each relaxation
-branch [N].
+amplitude [m], recent speed [m/s], largest depth so far [m], way in and out so far [m], then
+the force of each relaxation branch [N].
 Modes: touching (0, 1), sliding (-1, 0 sticks, 1), engaged (-1, 0 in the gap, 1).
 """
 
@@ -16,10 +16,18 @@ import math
 from numba import njit
 
 from tissue_probe.challenge.specimen import Specimen
-from tissue_probe.challenge.tissue import damaged, elastic, steepness, stiffness, surface, viscous
+from tissue_probe.challenge.tissue import (
+    damaged,
+    elastic,
+    steepness,
+    stiffness,
+    surface,
+    viscous,
+    worked,
+)
 from tissue_probe.signals import FloatArray, IntArray
 
-POSITION, VELOCITY, BOUC, MODE, MODE_VELOCITY, STRAIN, AGILITY, LARGEST, BRANCHES = range(9)
+POSITION, VELOCITY, BOUC, MODE, MODE_VELOCITY, STRAIN, AGILITY, LARGEST, WAY, BRANCHES = range(10)
 TOUCHING, SLIDING, ENGAGED = range(3)
 
 
@@ -31,6 +39,8 @@ def tissue_force(p: Specimen, time: float, state: FloatArray) -> float:
     force = elastic(p, stiffness(p, time, rate, state[STRAIN]), depth)
     if p.damage != 0.0:
         force *= damaged(p, depth, state[LARGEST])
+    if p.worked_off != 0.0:
+        force *= worked(p, state[WAY])
     force += viscous(p, time, depth, rate, state[AGILITY])
     for branch in range(p.branches):
         force += state[BRANCHES + branch]
@@ -92,7 +102,7 @@ def rates(
         result[POSITION] = v
         result[VELOCITY] = (force - modes[SLIDING] * friction(p, abs(v))) / p.tip_mass
     result[BOUC] = result[MODE] = result[MODE_VELOCITY] = result[STRAIN] = result[AGILITY] = 0.0
-    result[LARGEST] = 0.0
+    result[LARGEST] = result[WAY] = 0.0
     if p.bouc_force != 0.0:
         # Bouc (1967), Wen (1976) with A = 1, n = 1.
         z = state[BOUC]
@@ -108,6 +118,8 @@ def rates(
         result[STRAIN] = (abs(state[POSITION] - d) - state[STRAIN]) / p.softening_time
     if p.agile_damping != 0.0:
         result[AGILITY] = (abs(v - d_rate) - state[AGILITY]) / p.agile_time
+    if p.worked_off != 0.0:
+        result[WAY] = abs(v - d_rate)
     rate = v - d_rate if modes[TOUCHING] else 0.0
     if p.branch_curved != 0.0:
         rate *= steepness(p, state[POSITION] - d)

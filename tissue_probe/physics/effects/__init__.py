@@ -24,6 +24,7 @@ from tissue_probe.physics.effects.hunt_crossley import HUNT_CROSSLEY
 from tissue_probe.physics.effects.load_cell_stiffness_error import LOAD_CELL_STIFFNESS_ERROR
 from tissue_probe.physics.effects.mains_hum import MAINS_HUM
 from tissue_probe.physics.effects.nonlinear_damping import NONLINEAR_DAMPING
+from tissue_probe.physics.effects.preconditioning import PRECONDITIONING
 from tissue_probe.physics.effects.quasi_linear_relaxation import QUASI_LINEAR_RELAXATION
 from tissue_probe.physics.effects.saturating_spring import SATURATING_SPRING
 from tissue_probe.physics.effects.second_input import SECOND_INPUT
@@ -52,6 +53,7 @@ EFFECTS = {
         SATURATING_SPRING,
         BILINEAR_SPRING,
         DAMAGE_BY_DEPTH,
+        PRECONDITIONING,
         HUNT_CROSSLEY,
         NONLINEAR_DAMPING,
         CONTACT_LOSS,
