@@ -232,6 +232,21 @@ def test_adhesion_pulls_up_to_its_limit():
     np.testing.assert_allclose(strong, vibrate(MASSLESS)[1], atol=1e-9)
 
 
+@pytest.mark.parametrize("threads", [0.0, 1.0])
+def test_a_bond_whose_range_is_short_only_pushes(threads):
+    bond = {"pull_off": 0.2, "bond_range": 1e-7, "bond_threads": threads}
+    _, force = vibrate(MASSLESS._replace(unilateral=1.0, **bond))
+    _, pushed = vibrate(MASSLESS._replace(unilateral=1.0))
+    assert np.sqrt(np.mean((force - pushed) ** 2)) < 0.01 * np.std(pushed)
+
+
+def test_a_bond_of_a_long_range_gives_way_at_its_pull():
+    bond = {"pull_off": 0.2, "bond_range": 1.0}
+    _, force = vibrate(MASSLESS._replace(unilateral=1.0, **bond))
+    assert force.min() == pytest.approx(-0.2, abs=6e-3)
+    assert np.mean(force < -0.19) > 0.3
+
+
 def test_contact_is_not_lost_where_the_tip_is_pressed_in_enough():
     specimen = Specimen(stiffness=1000.0)
     _, force = vibrate(specimen._replace(unilateral=1.0), preload=3e-3)

@@ -145,6 +145,17 @@ def _adhesion(strength: float, at: Situation, random: Random) -> Change:
     return Change({"unilateral": 1.0, "pull_off": pull}, preload=preload)
 
 
+def _adhesion_within_range(strength: float, at: Situation, random: Random) -> Change:
+    """Let the bond give way over a part of the travel, evenly or, as often, as an exponential.
+
+    It pulls as adhesion at once does, and the tip is as lightly pressed in (Barenblatt, 1962).
+    """
+    change = _adhesion(strength, at, random)
+    law = {"bond_range": log_uniform(random, 0.05, 0.6) * at.amplitude}
+    law["bond_threads"] = float(random.integers(2))
+    return Change({**change.specimen, **law}, preload=change.preload)
+
+
 def _find_holding_preload(at: Situation, pull: float) -> float:
     """Preload that keeps the tip on the tissue throughout [m], 4 mm at the most.
 
@@ -264,6 +275,9 @@ MECHANICAL: dict[str, HiddenEffect] = {
     "hunt_crossley": HiddenEffect("stiffening", _hunt_crossley, 3e-3, 1.0, 30.0),
     "contact_loss": HiddenEffect("contact", _contact_loss, 0.01, 0.5, 1.0, sets_preload=True),
     "adhesion": HiddenEffect("contact", _adhesion, 0.1, 0.5, 1.0, sets_preload=True),
+    "adhesion_within_range": HiddenEffect(
+        *("contact", _adhesion_within_range, 0.1, 0.5, 1.0), sets_preload=True
+    ),
     "coulomb_friction": HiddenEffect("friction", _coulomb_friction, 1e-3, 0.1, 0.6),
     "stribeck_friction": HiddenEffect("friction", _stribeck_friction, 1e-3, 0.1, 0.4),
     "bouc_wen_hysteresis": HiddenEffect("friction", _bouc_wen_hysteresis, 1e-3, 0.2, 2.0),

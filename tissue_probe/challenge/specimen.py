@@ -54,6 +54,8 @@ class Specimen(NamedTuple):
     # contact
     unilateral: float = 0.0  # 1: tissue cannot pull
     pull_off: float = 0.0  # [N]
+    bond_range: float = 0.0  # [m]; 0: the pull-off is at once
+    bond_threads: float = 0.0  # 1: the bond falls as an exponential, else evenly
     # friction on the tip
     coulomb: float = 0.0  # [N]
     static: float = 0.0  # [N]

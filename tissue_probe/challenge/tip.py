@@ -17,6 +17,7 @@ from numba import njit
 
 from tissue_probe.challenge.specimen import Specimen
 from tissue_probe.challenge.tissue import (
+    bond,
     damaged,
     elastic,
     steepness,
@@ -74,7 +75,10 @@ def drive(
     """Sum of all forces on the tip but dry friction [N]."""
     force = cell_force(p, modes[ENGAGED], u, u_rate, state) - p.bouc_force * state[BOUC]
     if modes[TOUCHING]:
-        force -= tissue_force(p, time, state)
+        pushed = tissue_force(p, time, state)
+        if p.bond_range != 0.0:
+            pushed = max(pushed, -bond(p, state[POSITION] - surface(p, time)[0]))
+        force -= pushed
     if p.corrugation != 0.0:
         force -= p.corrugation * math.sin(2.0 * math.pi * state[POSITION] / p.corrugation_period)
     if p.mode_mass != 0.0:
@@ -142,10 +146,17 @@ def find_ended_mode(
     """Return the number of a mode that has ended, or -1.
 
     Contact ends when the tissue would have to pull by more than ``pull_off``, and begins when the
-    tip is below the surface and pushed back. Sliding ends when the velocity changes its sign,
-    sticking when more than the static friction is needed to hold the tip.
+    tip is below the surface and pushed back. A bond with a range gives way first, and is torn by
+    the gap: where it is as wide as the range, or a hundredth of the threads is left. Sliding ends
+    when the velocity changes its sign, sticking when more than the static friction is needed to
+    hold the tip.
     """
-    if p.unilateral != 0.0:
+    if p.bond_range != 0.0:
+        depth = state[POSITION] - surface(p, time)[0]
+        widest = p.bond_range * (math.log(100.0) if p.bond_threads != 0.0 else 1.0)
+        if depth < -widest if modes[TOUCHING] else depth > 0.0:
+            return TOUCHING
+    elif p.unilateral != 0.0:
         force = tissue_force(p, time, state)
         if modes[TOUCHING]:
             if force < -p.pull_off:

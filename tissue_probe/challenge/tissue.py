@@ -77,6 +77,15 @@ def worked(p: Specimen, way: float) -> float:
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
+def bond(p: Specimen, depth: float) -> float:
+    """Pull that a bond bears across a gap, falling evenly or as an exponential [N]."""
+    gap = max(-depth, 0.0) / p.bond_range
+    if p.bond_threads != 0.0:
+        return p.pull_off * math.exp(-gap)
+    return p.pull_off * max(1.0 - gap, 0.0)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
 def steepness(p: Specimen, depth: float) -> float:
     """Slope of ``elastic`` over k, of k as it is at the beginning [-]."""
     if p.fung != 0.0:

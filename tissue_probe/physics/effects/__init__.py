@@ -2,6 +2,7 @@
 
 from tissue_probe.physics.effects.added_mass import ADDED_MASS
 from tissue_probe.physics.effects.adhesion import ADHESION
+from tissue_probe.physics.effects.adhesion_within_range import ADHESION_WITHIN_RANGE
 from tissue_probe.physics.effects.backlash import BACKLASH
 from tissue_probe.physics.effects.bilinear_spring import BILINEAR_SPRING
 from tissue_probe.physics.effects.bouc_wen_hysteresis import BOUC_WEN_HYSTERESIS
@@ -58,6 +59,7 @@ EFFECTS = {
         NONLINEAR_DAMPING,
         CONTACT_LOSS,
         ADHESION,
+        ADHESION_WITHIN_RANGE,
         COULOMB_FRICTION,
         STRIBECK_FRICTION,
         BOUC_WEN_HYSTERESIS,
