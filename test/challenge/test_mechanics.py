@@ -70,6 +70,19 @@ def test_damage_that_returns_leaves_a_first_pressing_alone():
     assert np.all(soft < 0.7 * hold(MASSLESS, 2e-3))
 
 
+def test_tissue_that_was_worked_long_is_a_weaker_spring():
+    worked = MASSLESS._replace(worked_off=0.4, working_path=1e-3, worked_before=1.0)
+    weaker = MASSLESS._replace(stiffness=600.0)
+    np.testing.assert_allclose(vibrate(worked)[1], vibrate(weaker)[1], atol=1e-9)
+
+
+def test_fresh_tissue_loses_stiffness_by_the_way_that_it_was_pressed():
+    force = hold(MASSLESS._replace(worked_off=0.4, working_path=2e-3), 2e-3)[-1]
+    depth = 2e-3 - force / MASSLESS.load_cell_stiffness
+    left = 1.0 - 0.4 * (1.0 - np.exp(-depth / 2e-3))
+    assert force == pytest.approx(1000.0 * left * depth, rel=2e-3)
+
+
 def test_a_curved_branch_beside_a_straight_spring_is_straight():
     straight = Specimen(branch_stiffness=(300.0,), branch_rate=(40.0,))
     curved = straight._replace(branch_curved=1.0)
@@ -217,6 +230,21 @@ def test_adhesion_pulls_up_to_its_limit():
     assert force.min() == pytest.approx(-0.2, abs=6e-3)
     _, strong = vibrate(MASSLESS._replace(unilateral=1.0, pull_off=2.0))
     np.testing.assert_allclose(strong, vibrate(MASSLESS)[1], atol=1e-9)
+
+
+@pytest.mark.parametrize("threads", [0.0, 1.0])
+def test_a_bond_whose_range_is_short_only_pushes(threads):
+    bond = {"pull_off": 0.2, "bond_range": 1e-7, "bond_threads": threads}
+    _, force = vibrate(MASSLESS._replace(unilateral=1.0, **bond))
+    _, pushed = vibrate(MASSLESS._replace(unilateral=1.0))
+    assert np.sqrt(np.mean((force - pushed) ** 2)) < 0.01 * np.std(pushed)
+
+
+def test_a_bond_of_a_long_range_gives_way_at_its_pull():
+    bond = {"pull_off": 0.2, "bond_range": 1.0}
+    _, force = vibrate(MASSLESS._replace(unilateral=1.0, **bond))
+    assert force.min() == pytest.approx(-0.2, abs=6e-3)
+    assert np.mean(force < -0.19) > 0.3
 
 
 def test_contact_is_not_lost_where_the_tip_is_pressed_in_enough():

@@ -109,6 +109,12 @@ def _damage_by_depth(strength: float, at: Situation, random: Random) -> Change:
     return Change({**law, "damage_returns": float(random.integers(2))})
 
 
+def _preconditioning(strength: float, at: Situation, random: Random) -> Change:
+    """Lose stiffness by the way of some cycles, or of many (Fung, 1993, chapter 7)."""
+    cycles = log_uniform(random, 2.0, 30.0)
+    return Change({"worked_off": strength, "working_path": 4.0 * cycles * at.amplitude})
+
+
 def _nonlinear_damping(strength: float, at: Situation, random: Random) -> Change:
     """Quadratic, a power (Cross, 1965), by the direction, or of the recent speed (Barnes, 1997)."""
     beta, law = at.specimen.damping, random.integers(4)
@@ -137,6 +143,17 @@ def _adhesion(strength: float, at: Situation, random: Random) -> Change:
     pull = float(share * at.specimen.stiffness * at.amplitude)
     preload = (1.0 - strength) * _find_holding_preload(at, pull)
     return Change({"unilateral": 1.0, "pull_off": pull}, preload=preload)
+
+
+def _adhesion_within_range(strength: float, at: Situation, random: Random) -> Change:
+    """Let the bond give way over a part of the travel, evenly or, as often, as an exponential.
+
+    It pulls as adhesion at once does, and the tip is as lightly pressed in (Barenblatt, 1962).
+    """
+    change = _adhesion(strength, at, random)
+    law = {"bond_range": log_uniform(random, 0.05, 0.6) * at.amplitude}
+    law["bond_threads"] = float(random.integers(2))
+    return Change({**change.specimen, **law}, preload=change.preload)
 
 
 def _find_holding_preload(at: Situation, pull: float) -> float:
@@ -253,10 +270,14 @@ MECHANICAL: dict[str, HiddenEffect] = {
     "saturating_spring": HiddenEffect("stiffening", _saturating_spring, 0.03, 0.7, 6.0),
     "bilinear_spring": HiddenEffect("stiffening", _bilinear_spring, 1e-3, 0.5, 10.0),
     "damage_by_depth": HiddenEffect("damage", _damage_by_depth, 1e-3, 0.4, 0.95),
+    "preconditioning": HiddenEffect("damage", _preconditioning, 1e-3, 0.4, 0.95),
     "nonlinear_damping": HiddenEffect("damping", _nonlinear_damping, 1e-3, 0.3, 30.0),
     "hunt_crossley": HiddenEffect("stiffening", _hunt_crossley, 3e-3, 1.0, 30.0),
     "contact_loss": HiddenEffect("contact", _contact_loss, 0.01, 0.5, 1.0, sets_preload=True),
     "adhesion": HiddenEffect("contact", _adhesion, 0.1, 0.5, 1.0, sets_preload=True),
+    "adhesion_within_range": HiddenEffect(
+        *("contact", _adhesion_within_range, 0.1, 0.5, 1.0), sets_preload=True
+    ),
     "coulomb_friction": HiddenEffect("friction", _coulomb_friction, 1e-3, 0.1, 0.6),
     "stribeck_friction": HiddenEffect("friction", _stribeck_friction, 1e-3, 0.1, 0.4),
     "bouc_wen_hysteresis": HiddenEffect("friction", _bouc_wen_hysteresis, 1e-3, 0.2, 2.0),

@@ -243,13 +243,17 @@ def _hide(
 def _phases_anew(case: Case, random: np.random.Generator) -> Case:
     """Return the case at another time: hum and motion of the body are elsewhere in their cycle.
 
-    The tissue remembers how deep it was pressed.
+    The tissue remembers how deep it was pressed, and how far it was worked.
     """
     surface, hum = random.uniform(0.0, 2.0 * np.pi, 2)
-    known = {"surface_phase": surface, "damage_reached": case.situation.depth}
+    way = np.abs(np.diff(case.trajectory.sample_motion(CHALLENGE_RATE)[0])).sum()
     return replace(
         case,
-        specimen=case.specimen._replace(**known),
+        specimen=case.specimen._replace(
+            surface_phase=surface,
+            damage_reached=case.situation.depth,
+            worked_before=float(way),
+        ),
         instrument=replace(case.instrument, hum_phase=hum),
     )
 

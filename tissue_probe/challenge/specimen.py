@@ -43,6 +43,10 @@ class Specimen(NamedTuple):
     damage_depth: float = 1e-3  # [m]
     damage_returns: float = 0.0  # 1: none at the largest depth itself
     damage_reached: float = 0.0  # largest depth before the record's motion [m]
+    # softening as it is worked
+    worked_off: float = 0.0  # share of the spring's force that work takes away in the end
+    working_path: float = 0.03  # way after which 1/e of that is left [m]
+    worked_before: float = 0.0  # way before the tissue was pressed in for the record [m]
     # relaxation: springs [N/m] in series with dampers, and the dampers' rates k/c [1/s]
     branch_stiffness: tuple[float, ...] = ()
     branch_rate: tuple[float, ...] = ()
@@ -50,6 +54,8 @@ class Specimen(NamedTuple):
     # contact
     unilateral: float = 0.0  # 1: tissue cannot pull
     pull_off: float = 0.0  # [N]
+    bond_range: float = 0.0  # [m]; 0: the pull-off is at once
+    bond_threads: float = 0.0  # 1: the bond falls as an exponential, else evenly
     # friction on the tip
     coulomb: float = 0.0  # [N]
     static: float = 0.0  # [N]

@@ -4,8 +4,8 @@ Contents: the rates of all states while contact, friction and play keep their mo
 that say that one has ended.
 
 States: tip position, velocity, Bouc-Wen's z [-], mode's position and velocity, recent strain
-amplitude [m], recent speed [m/s], largest depth so far [m], then the force of each relaxation
-branch [N].
+amplitude [m], recent speed [m/s], largest depth so far [m], way in and out so far [m], then
+the force of each relaxation branch [N].
 Modes: touching (0, 1), sliding (-1, 0 sticks, 1), engaged (-1, 0 in the gap, 1).
 """
 
@@ -16,10 +16,19 @@ import math
 from numba import njit
 
 from tissue_probe.challenge.specimen import Specimen
-from tissue_probe.challenge.tissue import damaged, elastic, steepness, stiffness, surface, viscous
+from tissue_probe.challenge.tissue import (
+    bond,
+    damaged,
+    elastic,
+    steepness,
+    stiffness,
+    surface,
+    viscous,
+    worked,
+)
 from tissue_probe.signals import FloatArray, IntArray
 
-POSITION, VELOCITY, BOUC, MODE, MODE_VELOCITY, STRAIN, AGILITY, LARGEST, BRANCHES = range(9)
+POSITION, VELOCITY, BOUC, MODE, MODE_VELOCITY, STRAIN, AGILITY, LARGEST, WAY, BRANCHES = range(10)
 TOUCHING, SLIDING, ENGAGED = range(3)
 
 
@@ -31,6 +40,8 @@ def tissue_force(p: Specimen, time: float, state: FloatArray) -> float:
     force = elastic(p, stiffness(p, time, rate, state[STRAIN]), depth)
     if p.damage != 0.0:
         force *= damaged(p, depth, state[LARGEST])
+    if p.worked_off != 0.0:
+        force *= worked(p, state[WAY])
     force += viscous(p, time, depth, rate, state[AGILITY])
     for branch in range(p.branches):
         force += state[BRANCHES + branch]
@@ -64,7 +75,10 @@ def drive(
     """Sum of all forces on the tip but dry friction [N]."""
     force = cell_force(p, modes[ENGAGED], u, u_rate, state) - p.bouc_force * state[BOUC]
     if modes[TOUCHING]:
-        force -= tissue_force(p, time, state)
+        pushed = tissue_force(p, time, state)
+        if p.bond_range != 0.0:
+            pushed = max(pushed, -bond(p, state[POSITION] - surface(p, time)[0]))
+        force -= pushed
     if p.corrugation != 0.0:
         force -= p.corrugation * math.sin(2.0 * math.pi * state[POSITION] / p.corrugation_period)
     if p.mode_mass != 0.0:
@@ -92,7 +106,7 @@ def rates(
         result[POSITION] = v
         result[VELOCITY] = (force - modes[SLIDING] * friction(p, abs(v))) / p.tip_mass
     result[BOUC] = result[MODE] = result[MODE_VELOCITY] = result[STRAIN] = result[AGILITY] = 0.0
-    result[LARGEST] = 0.0
+    result[LARGEST] = result[WAY] = 0.0
     if p.bouc_force != 0.0:
         # Bouc (1967), Wen (1976) with A = 1, n = 1.
         z = state[BOUC]
@@ -108,6 +122,8 @@ def rates(
         result[STRAIN] = (abs(state[POSITION] - d) - state[STRAIN]) / p.softening_time
     if p.agile_damping != 0.0:
         result[AGILITY] = (abs(v - d_rate) - state[AGILITY]) / p.agile_time
+    if p.worked_off != 0.0:
+        result[WAY] = abs(v - d_rate)
     rate = v - d_rate if modes[TOUCHING] else 0.0
     if p.branch_curved != 0.0:
         rate *= steepness(p, state[POSITION] - d)
@@ -130,10 +146,17 @@ def find_ended_mode(
     """Return the number of a mode that has ended, or -1.
 
     Contact ends when the tissue would have to pull by more than ``pull_off``, and begins when the
-    tip is below the surface and pushed back. Sliding ends when the velocity changes its sign,
-    sticking when more than the static friction is needed to hold the tip.
+    tip is below the surface and pushed back. A bond with a range gives way first, and is torn by
+    the gap: where it is as wide as the range, or a hundredth of the threads is left. Sliding ends
+    when the velocity changes its sign, sticking when more than the static friction is needed to
+    hold the tip.
     """
-    if p.unilateral != 0.0:
+    if p.bond_range != 0.0:
+        depth = state[POSITION] - surface(p, time)[0]
+        widest = p.bond_range * (math.log(100.0) if p.bond_threads != 0.0 else 1.0)
+        if depth < -widest if modes[TOUCHING] else depth > 0.0:
+            return TOUCHING
+    elif p.unilateral != 0.0:
         force = tissue_force(p, time, state)
         if modes[TOUCHING]:
             if force < -p.pull_off:

@@ -71,6 +71,21 @@ def damaged(p: Specimen, depth: float, largest: float) -> float:
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
+def worked(p: Specimen, way: float) -> float:
+    """Share of the spring's force left after a way in and out (Fung, 1993, preconditioning)."""
+    return 1.0 - p.worked_off + p.worked_off * math.exp(-(way + p.worked_before) / p.working_path)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def bond(p: Specimen, depth: float) -> float:
+    """Pull that a bond bears across a gap, falling evenly or as an exponential [N]."""
+    gap = max(-depth, 0.0) / p.bond_range
+    if p.bond_threads != 0.0:
+        return p.pull_off * math.exp(-gap)
+    return p.pull_off * max(1.0 - gap, 0.0)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
 def steepness(p: Specimen, depth: float) -> float:
     """Slope of ``elastic`` over k, of k as it is at the beginning [-]."""
     if p.fung != 0.0:

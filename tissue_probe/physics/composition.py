@@ -224,7 +224,7 @@ def state_unit(spread: str, units: Mapping[str, str], output: str = "N") -> str:
         Of the predicted channel.
     """
     kinds = {
-        **dict.fromkeys(("length", "branch", "free"), "m"),
+        **dict.fromkeys(("length", "branch", "free", "counted"), "m"),
         "speed": "m/s",
         "none": output,
         "input2": "input2",

@@ -69,6 +69,7 @@ CALIBRATIONS = {
     "channel_delay": "tap the tip on a rigid stop: force and position must break off together",
     "contact_loss": "touch off: go down slowly until the force rises, and set the zero there",
     "adhesion": "touch off and pull back slowly: the force at which the tip comes off",
+    "adhesion_within_range": "touch off and pull back slowly: the force falls while the tip lifts",
 }
 
 #: The same where the tip follows the position exactly, and cannot ring.

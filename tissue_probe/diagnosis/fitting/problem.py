@@ -192,6 +192,7 @@ class Problem:
                 "branch": length,
                 "speed": RESTING_SPEED * scale.of("m/s") if still else 2 * extent.speed,
                 "none": 2 * measurement.noise.own,
+                "counted": shortest,
                 "input2": float(np.ptp(second)) + LEAST_START,
             }
             deviation = np.array([spreads[name] for name in self.kernel.spreads])

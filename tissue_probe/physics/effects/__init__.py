@@ -2,6 +2,7 @@
 
 from tissue_probe.physics.effects.added_mass import ADDED_MASS
 from tissue_probe.physics.effects.adhesion import ADHESION
+from tissue_probe.physics.effects.adhesion_within_range import ADHESION_WITHIN_RANGE
 from tissue_probe.physics.effects.backlash import BACKLASH
 from tissue_probe.physics.effects.bilinear_spring import BILINEAR_SPRING
 from tissue_probe.physics.effects.bouc_wen_hysteresis import BOUC_WEN_HYSTERESIS
@@ -24,6 +25,7 @@ from tissue_probe.physics.effects.hunt_crossley import HUNT_CROSSLEY
 from tissue_probe.physics.effects.load_cell_stiffness_error import LOAD_CELL_STIFFNESS_ERROR
 from tissue_probe.physics.effects.mains_hum import MAINS_HUM
 from tissue_probe.physics.effects.nonlinear_damping import NONLINEAR_DAMPING
+from tissue_probe.physics.effects.preconditioning import PRECONDITIONING
 from tissue_probe.physics.effects.quasi_linear_relaxation import QUASI_LINEAR_RELAXATION
 from tissue_probe.physics.effects.saturating_spring import SATURATING_SPRING
 from tissue_probe.physics.effects.second_input import SECOND_INPUT
@@ -52,10 +54,12 @@ EFFECTS = {
         SATURATING_SPRING,
         BILINEAR_SPRING,
         DAMAGE_BY_DEPTH,
+        PRECONDITIONING,
         HUNT_CROSSLEY,
         NONLINEAR_DAMPING,
         CONTACT_LOSS,
         ADHESION,
+        ADHESION_WITHIN_RANGE,
         COULOMB_FRICTION,
         STRIBECK_FRICTION,
         BOUC_WEN_HYSTERESIS,

@@ -63,8 +63,9 @@ class State:
     ``POSITION``, ``FORCE`` and ``INPUT2`` as measured; ``spread`` how far it may be from there:
     "length" (of the order of the indentation at the start, or of any where the probe is not at
     rest), "branch" (the same, of a spring in series with a damper: pressed in before, if at all),
-    "speed" (of the order of the tip's where it is not at rest), "none", "free" (of the order of
-    any indentation in any case), "input2" (within the range of that channel), or the name of a
+    "speed" (of the order of the tip's where it is not at rest), "none" (of a force: by its noise),
+    "counted" (a way from the first sample on: none), "free" (of the order of any indentation in any
+    case), "input2" (within the range of that channel), or the name of a
     parameter (of the order of its value).
     """
 
