@@ -119,9 +119,7 @@ SLOW = {"samples_timeout": 10.0, "speed": 0.005}
 
 @pytest.mark.parametrize("phase", ["approach", "dwell", "lift"])
 def test_a_robot_that_falls_silent_ends_the_scan_and_the_site_does_not_count(session, phase):
-    # A driver that a busy machine held up would stop by itself, and say its own reason.
-    patient = driver(limits__stale_limit=5.0)
-    running = session(patient, STAGE, NodeProcess("scan", "scan", parameters=SLOW))
+    running = session(driver(), STAGE, NodeProcess("scan", "scan", parameters=SLOW))
     activate(running)
     poses = collect(running.node, PoseStamped, "/stage/measured_cp", POSES)
     faults = collect(running.node, String, "/probe/fault", LATCHED)
