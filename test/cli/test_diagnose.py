@@ -162,7 +162,7 @@ def test_the_live_filter_predicts_the_same_recording_better_on_the_improved_mode
 ):
     innovations = []
     for model in ((), ("--model", "improved/model.yaml")):
-        asked = ("--estimator", "robust_ekf", "--output", "estimates.csv")
+        asked = ("--estimator", "ekf", "--output", "estimates.csv")
         outcome = run("estimate", "data.csv", *asked, *model)
         assert outcome.status == 0, outcome.err
         table = np.genfromtxt("estimates.csv", delimiter=",", names=True)
