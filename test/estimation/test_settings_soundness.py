@@ -24,9 +24,7 @@ DISCRETISED = [
 
 
 @pytest.mark.parametrize(("name", "discretisation"), DISCRETISED)
-@settings(
-    max_examples=20, deadline=None, derandomize=True, suppress_health_check=list(HealthCheck)
-)
+@settings(max_examples=20, deadline=None, derandomize=True, suppress_health_check=list(HealthCheck))
 @given(seed=st.integers(0, 2**32))
 def test_no_accepted_settings_and_no_samples_spoil_a_filter(name, discretisation, seed):
     drawn, blocks = filters.sequence(seed)
