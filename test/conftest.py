@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from hypothesis import settings
+from matplotlib.figure import Figure
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
 from tissue_probe.recording.bags.definitions import message_definition
@@ -33,6 +34,18 @@ def state_of_the_tests_own(tmp_path_factory):
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("XDG_STATE_HOME", str(tmp_path_factory.mktemp("state")))
         yield
+
+
+@pytest.fixture
+def sketched(request, monkeypatch):
+    """Write empty pictures, where a test is not marked ``drawn``.
+
+    To lay out and draw what a command shows takes ten times as long as all else that it does.
+    """
+    if request.node.get_closest_marker("drawn") is None:
+        write = Figure.savefig
+        empty = Figure(figsize=(0.1, 0.1))
+        monkeypatch.setattr(Figure, "savefig", lambda _, *to, **how: write(empty, *to, **how))
 
 
 @pytest.fixture(scope="session")

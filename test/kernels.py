@@ -92,6 +92,6 @@ def do(job: Callable[[], None]) -> None:
 
 
 if __name__ == "__main__":
-    # Each in a process of its own: what one has loaded is no help to the next.
-    with get_context("spawn").Pool(PROCESSES, maxtasksperchild=1) as pool:
+    # The compiler itself takes seconds to be loaded: once in each process.
+    with get_context("spawn").Pool(PROCESSES) as pool:
         pool.map(do, jobs(), chunksize=1)

@@ -7,6 +7,8 @@ import tissue_probe as tp
 from tissue_probe.errors import ParameterError
 from tissue_probe.physics.effects import EFFECTS
 
+pytestmark = pytest.mark.usefixtures("sketched")
+
 RATE = 1000.0
 ASKED = {
     "rig": "rigid_probe",
@@ -52,6 +54,7 @@ def test_the_variables_of_an_unexplained_force_are_told(unexplained):
     assert len(shape["curve"]["grid"]) == len(shape["curve"]["value"]) == len(shape["curve"]["sd"])
 
 
+@pytest.mark.drawn
 def test_the_shape_becomes_an_effect_that_explains_a_second_recording(tmp_path):
     again = tp.improve(record(0), validate=record(1, 0.6), output=tmp_path, free_form=True, **ASKED)
     assert again.effects == ("free_form",)

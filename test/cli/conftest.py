@@ -18,6 +18,11 @@ PERIOD = 5e-4
 MASS, K0, BETA0 = 0.04, 9700.0, 0.8
 
 
+@pytest.fixture(autouse=True)
+def pictures(sketched):
+    """Nobody looks at the pictures of most runs."""
+
+
 @dataclass
 class Outcome:
     """How a run of the program ended, and what it printed."""

@@ -99,6 +99,7 @@ def test_a_known_travel_gives_the_encoders_step_and_direction(run, tmp_path, rec
     assert file(tmp_path).position_per_count == pytest.approx(-1.02e-7, rel=1e-3)
 
 
+@pytest.mark.drawn
 def test_an_impulse_gives_the_tool_with_intervals_and_a_picture(run, tmp_path, recorded, true):
     time = np.arange(1800) * PERIOD
     force = np.concatenate([np.zeros(200), ring_down(time, 9500.0, 0.9, 0.041, 8e-3)])

@@ -105,6 +105,7 @@ def test_the_table_with_forces_in_tension_and_the_bag_get_the_same_answer(run, r
     assert max(map(len, outcome.out.splitlines()[:12])) <= 80
 
 
+@pytest.mark.drawn
 def test_improve_leaves_model_pictures_and_report_and_the_held_out_error_falls(
     run, recorded, tmp_path
 ):
@@ -161,7 +162,7 @@ def test_the_live_filter_predicts_the_same_recording_better_on_the_improved_mode
 ):
     innovations = []
     for model in ((), ("--model", "improved/model.yaml")):
-        asked = ("--estimator", "robust_ekf", "--output", "estimates.csv")
+        asked = ("--estimator", "ekf", "--output", "estimates.csv")
         outcome = run("estimate", "data.csv", *asked, *model)
         assert outcome.status == 0, outcome.err
         table = np.genfromtxt("estimates.csv", delimiter=",", names=True)
@@ -173,6 +174,7 @@ def test_the_live_filter_predicts_the_same_recording_better_on_the_improved_mode
     assert improved < 1.15 * 5e-3  # the noise
 
 
+@pytest.mark.drawn
 def test_compare_prints_the_error_beside_the_noise_and_where_it_is(run, recorded, tmp_path):
     outcome = run("compare", "data.csv", *RESTED, "--output", "where.svg")
     assert outcome.status == 0, outcome.err

@@ -33,6 +33,7 @@ def test_an_unknown_zero_of_the_load_cell_delays_what_can_be_known(run):
     assert known("--no-force-offset") < known()
 
 
+@pytest.mark.drawn
 def test_it_prints_the_times_up_to_the_duration_and_draws(run, tmp_path):
     said = run("excitation", "--duration", 0.1, "--output", "plan.svg").out
     rows = re.findall(r"^│\s+(\d+) │", said, re.M)
@@ -42,6 +43,7 @@ def test_it_prints_the_times_up_to_the_duration_and_draws(run, tmp_path):
 
 
 @pytest.mark.parametrize("kind", EXCITATIONS)
+@pytest.mark.drawn
 def test_every_kind_of_excitation_can_be_judged(run, tmp_path, kind):
     outcome = run("excitation", "--kind", kind, "--duration", 0.05)
     assert outcome.status == 0

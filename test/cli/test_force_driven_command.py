@@ -53,6 +53,7 @@ def recorded(tmp_path, table):
     )
 
 
+@pytest.mark.drawn
 def test_compare_speaks_of_the_position(run, recorded, tmp_path):
     outcome = run("compare", *NAMED)
     assert outcome.status == 0, outcome.err

@@ -33,6 +33,7 @@ def write(path, columns):
     return path
 
 
+@pytest.mark.drawn
 def test_a_table_of_sites_gives_the_map_as_json(run, tmp_path):
     written = ("--json", "out.json", "--report", "map.html")
     outcome = run("map", write(tmp_path / "sites.csv", table()), *written)

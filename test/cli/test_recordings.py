@@ -133,6 +133,7 @@ def test_export_refuses_a_table_of_another_kind(fails, bag, tmp_path):
     assert not (tmp_path / "samples.txt").exists()
 
 
+@pytest.mark.drawn
 def test_map_finds_the_stiff_site(run, bag, tmp_path):
     outcome = run("map", bag(), "--estimator", "ekf")
     assert outcome.status == 0
@@ -204,6 +205,7 @@ def estimate_entries(messages, scan):
             yield "/probe/ekf/estimate", messages.ESTIMATE, at, data
 
 
+@pytest.mark.drawn
 def test_map_takes_the_recorded_estimates_unless_a_filter_is_named(run, bag, messages, scan):
     recorded = bag(more=sorted(estimate_entries(messages, scan), key=lambda entry: entry[2]))
     outcome = run("map", recorded, "-o", "map.svg")

@@ -6,11 +6,15 @@ import numpy as np
 import pytest
 from scipy.interpolate import CubicSpline
 
-from tissue_probe.estimation import ESTIMATORS, Estimator, EstimatorSettings
+from tissue_probe.estimation import Estimator, EstimatorSettings
 from tissue_probe.settings import SettingsError, build
 from tissue_probe.signals import SampleBlock, Status
 
-KALMAN = ["robust_ekf", "ekf", "ukf", "afekf", "afukf"]
+#: The code of each is compiled: these have sigma points, fading and an offset between them.
+KALMAN = [
+    *("robust_ekf", "ekf", "afukf"),
+    *(pytest.param(name, marks=pytest.mark.battery) for name in ("ukf", "afekf")),
+]
 MASS, FORCE_NOISE, POSITION_NOISE = 0.04, 5e-3, 1e-6
 
 
@@ -130,7 +134,7 @@ def test_a_constant_force_is_estimated_besides():
     assert found.stiffness[-1] == pytest.approx(500.0, rel=5e-3)
 
 
-@pytest.mark.parametrize("name", ESTIMATORS)
+@pytest.mark.parametrize("name", [*KALMAN, "rls", "lock_in"])
 def test_how_the_stream_is_cut_changes_no_bit(name):
     t, u, v, a = motion(3, 0.3, 2000.0, 10.0)
     block = block_of(3, t, u, MASS * a + 500.0 * u + 3.0 * v)

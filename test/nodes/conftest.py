@@ -130,9 +130,12 @@ def collect(node, message_type, topic: str, qos=EVERYTHING) -> list:
 
 
 def driver(**parameters: object) -> NodeProcess:
-    """A driver whose parameters are given with '__' for '.'; patient with a scan, unless told."""
+    """A driver whose parameters are given with '__' for '.'; patient with a scan and its samples.
+
+    A process that a busy machine held up would else stop the coil, for a reason of its own.
+    """
     named = {name.replace("__", "."): value for name, value in parameters.items()}
-    patient = {"limits.palpation_timeout": 5.0, **named}
+    patient = {"limits.palpation_timeout": 5.0, "limits.stale_limit": 5.0, **named}
     return NodeProcess("driver", "driver", parameters=patient)
 
 

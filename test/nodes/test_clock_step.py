@@ -114,7 +114,7 @@ def test_a_scan_goes_on_as_if_the_wall_clock_had_not_stepped(session, set_clock,
     recorder = NodeProcess("recorder", "recorder", parameters={"output": str(bag)})
     # It hears no filter, so that no dwell ends before the clock has stepped in it.
     scan = replace(SCAN, parameters={**SCAN.parameters, "estimators": ["ekf"]})
-    running = session(driver(limits__stale_limit=5.0), STAGE, scan, *filters, recorder)
+    running = session(driver(), STAGE, scan, *filters, recorder)
     health = collect(running.node, DiagnosticArray, "/diagnostics")
     running.activate(
         {"/probe/driver": 3, "/probe/scan": 2, "/probe/robust_ekf": 1}, {"/probe/robust_ekf": 2}

@@ -169,7 +169,7 @@ class Witnessed:
         self.process = subprocess.Popen(
             [
                 *(sys.executable, str(Path(__file__).parent / "witness.py"), "--ros-args"),
-                *("-r", "__ns:=/probe", *arguments),
+                *("-r", "__ns:=/probe", "-p", "limits.stale_limit:=5.0", *arguments),
             ],
             env=environment,
             stderr=subprocess.DEVNULL,

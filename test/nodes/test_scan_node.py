@@ -128,7 +128,7 @@ def test_the_probe_stays_down_until_late_samples_have_reached_the_end_of_the_dwe
 
 def test_of_samples_that_come_too_late_it_is_said_by_how_much(session):
     """As above, and who scans is less patient."""
-    patience = {**PATIENT, "samples_timeout": 0.5}
+    patience = {**PATIENT, "samples_timeout": 2.0}
     running = session(STAGE, NodeProcess("scan", "scan", parameters=patience))
     publisher = samples_publisher(running.node)
     began = running.node.get_clock().now().nanoseconds
@@ -143,23 +143,23 @@ def test_of_samples_that_come_too_late_it_is_said_by_how_much(session):
     running.node.create_timer(0.02, publish)
     answer = Scanning(running, goal(columns=1, dwell_time=5.0)).result()
     assert answer.status == GoalStatus.STATUS_ABORTED
-    told = re.search(r"are (\d+\.\d\d) s late, more than 0\.5 s", answer.result.message)
+    told = re.search(r"are (\d+\.\d\d) s late, more than 2 s", answer.result.message)
     assert told, answer.result.message
-    # Of 5 s a quarter has come, and half a second was waited.
+    # Of 5 s a quarter has come, and two seconds were waited.
     assert float(told[1]) > 0.75 * 5.0
 
 
 def test_a_pause_of_the_scan_node_itself_is_no_silence_of_robot_and_driver(session):
-    patience = {"poses_timeout": 1.0, "samples_timeout": 1.0, "settle_time": 0.3}
+    patience = {"poses_timeout": 2.0, "samples_timeout": 2.0, "settle_time": 0.3}
     running = session(driver(), STAGE, NodeProcess("scan", "scan", parameters=patience))
     activate(running)
     poses = collect(running.node, PoseStamped, "/stage/measured_cp", POSES)
-    scanning = Scanning(running, goal(columns=1, dwell_time=4.0))
+    scanning = Scanning(running, goal(columns=1, dwell_time=6.0))
     scanning.wait_for(PalpationSite.DWELL)
     scan, count = running.processes["scan"], len(poses)
     scan.send_signal(signal.SIGSTOP)
     try:
-        running.wait_until(lambda: len(poses) > count + 200, "two seconds")
+        running.wait_until(lambda: len(poses) > count + 400, "four seconds")
     finally:
         scan.send_signal(signal.SIGCONT)
     answer = scanning.result()
@@ -225,20 +225,20 @@ def test_a_driver_that_dies_stops_the_scan_and_the_map_keeps_what_it_has(session
     running = session(
         driver(),
         STAGE,
-        NodeProcess("scan", "scan"),
+        NodeProcess("scan", "scan", parameters={**PATIENT, "samples_timeout": 2.0}),
         estimator("ekf"),
         NodeProcess("mapper", "mapper", parameters={"estimators": ["ekf"]}),
     )
     maps = collect(running.node, StiffnessMap, "/probe/stiffness_map", LATCHED)
     poses = collect(running.node, PoseStamped, "/stage/measured_cp", POSES)
     running.activate({"/probe/driver": 2, "/probe/ekf": 1}, {"/probe/ekf": 2, "/probe/mapper": 2})
-    scanning = Scanning(running, goal(dwell_time=1.0))
+    scanning = Scanning(running, goal(dwell_time=5.0))
     running.wait_until(lambda: maps and maps[-1].stiffness[0] > 0.0, "the first cell")
     running.processes["driver"].kill()
     running.processes.pop("driver").wait()
     answer = scanning.result()
     assert answer.status == GoalStatus.STATUS_ABORTED, answer.result.message
-    assert "no samples for 0.5 s on /probe/samples" in answer.result.message
+    assert "no samples for 2 s on /probe/samples" in answer.result.message
     running.wait_until(lambda: poses[-1].pose.position.z > 0.0025, "the probe to be lifted")
     assert maps[-1].stiffness[0] == pytest.approx(450.0, rel=0.05)
 

@@ -24,8 +24,7 @@ from tissue_probe.estimation.layout import (
 from tissue_probe.physics.effects.effect import POSITION_BEFORE
 from tissue_probe.physics.model import Model
 
-#: The callers of these functions are compiled code, too.
-OPTIONS = 'error_model="numpy", no_cpython_wrapper=True, no_cfunc_wrapper=True'
+OPTIONS = 'error_model="numpy"'
 TEMPLATES = Path(__file__).with_name("templates")
 LOOP = TEMPLATES / "loop.py"
 PAST_INPUTS = TEMPLATES / "past_inputs.py"
@@ -47,9 +46,14 @@ HEADER = '''"""Generated from the symbols of model and filter; do not edit."""
 from __future__ import annotations
 
 import math
+from functools import partial
 
+import numba
 import numpy as np
-from numba import carray, cfunc, njit
+from numba import carray, cfunc
+
+# The callers of these functions are compiled code, too: nobody calls them from Python or from C.
+njit = partial(numba.njit, no_cpython_wrapper=True, no_cfunc_wrapper=True)
 
 '''
 
