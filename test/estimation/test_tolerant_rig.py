@@ -4,6 +4,7 @@ Records are the challenge's, which shares no code with the filters; of clean tis
 """
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -52,13 +53,28 @@ def test_a_filter_that_takes_its_constants_as_exact_fails_the_same_test(chirps):
 def test_a_mass_that_is_off_shows_in_the_stated_stiffness():
     """One steady sine cannot tell mass from stiffness, dk = dm w^2; its start tells some."""
     block = block_of(Experiment(duration=1.0, frequency=10.0))
-    stated = []
+    stated, errors = [], []
     for tolerance in (0.0, 0.01):
-        only_mass = EXACT.model_copy(update={"tip_mass_tol": tolerance})
-        found = Estimator("robust_ekf", only_mass).process(block)
+        off = EXACT.model_copy(update={"tip_mass": 0.0404, "tip_mass_tol": tolerance})
+        found = Estimator("robust_ekf", off).process(block)
         stated.append(math.sqrt(found.stiffness_variance[-1]))
+        errors.append(abs(found.stiffness[-1] - 450.0))
     by_mass = 0.01 * 0.04 * (20.0 * math.pi) ** 2
-    assert 3.0 * stated[0] < stated[1] < math.hypot(stated[0], by_mass)
+    assert 2.0 * stated[0] < stated[1] < math.hypot(stated[0], by_mass)
+    assert errors[0] > 3.0 * stated[0]
+    assert errors[1] < 2.0 * stated[1]
+
+
+def test_a_place_of_contact_that_is_off_is_a_constant_force():
+    """Without a tolerance it would be a harmonic that contradicts the model."""
+    block = block_of(Experiment(duration=1.0, frequency=10.0))
+    moved = replace(block, position=block.position + 3e-4)
+    only_touch = EXACT.model_copy(update={"contact_position_tol": 3e-4})
+    found = Estimator("ekf", only_touch).process(moved)
+    assert not np.any(found.status == Status.MODEL_REJECTED)
+    assert found.stiffness[-1] == pytest.approx(450.0, rel=0.01)
+    # The tissue yields beside the load cell: 450 and 9700 N/m in series.
+    assert found.force_offset[-1] == pytest.approx(-3e-4 * 450 * 9700 / 10150, rel=0.1)
 
 
 def test_constants_that_are_exact_are_not_considered():

@@ -18,7 +18,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tissue_probe.estimation.layout import OF_THE_MODEL, Layout
-from tissue_probe.physics.rigs.constants import CONTACT_POSITION
 
 if TYPE_CHECKING:
     from tissue_probe.estimation.run import Run
@@ -78,7 +77,7 @@ def _read_alike(before: Run, after: Run) -> bool:
 def _carry_constants(before: Run, here: FloatArray, after: Run, there: FloatArray) -> None:
     """Carry what is known of the rig's constants, whose nominal values may be others now.
 
-    Errors are counted in standard deviations s about a value c. So c + s d stays, s L, and V / s.
+    Errors are counted in standard deviations s about a value c. So c + s d stays, s L, and W.
     """
     old, new = before.kernel.plan.layout, after.kernel.plan.layout
     if not new.considered:
@@ -86,13 +85,12 @@ def _carry_constants(before: Run, here: FloatArray, after: Run, there: FloatArra
     value, deviation = _nominal(before, old)
     value_now, deviation_now = _nominal(after, new)
     scale = deviation / deviation_now
-    V, d, L = old.considered_parts(here)
-    V_now, d_now, L_now = new.considered_parts(there)
+    W, d, L = old.considered_parts(here)
+    W_now, d_now, L_now = new.considered_parts(there)
     for name in (n for n in new.states if n in old.states):
-        V_now[new.states.index(name)] = V[old.states.index(name)] / scale
+        W_now[new.states.index(name)] = W[old.states.index(name)]
     d_now[:] = (value + deviation * d - value_now) / deviation_now
     L_now[:] = scale[:, np.newaxis] * L
-    there[new.passes] = here[old.passes]
 
 
 def _nominal(run: Run, layout: Layout) -> tuple[FloatArray, FloatArray]:
@@ -100,5 +98,4 @@ def _nominal(run: Run, layout: Layout) -> tuple[FloatArray, FloatArray]:
     names = layout.considered
     value = np.array([run.constants[layout.constant(name)] for name in names])
     share = np.array([run.constants[layout.constant(f"{name}_tol")] for name in names])
-    is_length = np.array([name == CONTACT_POSITION.name for name in names])
-    return value, np.where(is_length, share, share * value)
+    return value, share * value

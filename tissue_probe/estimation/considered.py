@@ -4,35 +4,37 @@ A constant that is wrong is wrong in the same way in every sample: no noise of p
 stand for it. So the filter keeps its own covariance P and gain K, those of right constants; beside
 them it keeps by how much the constants' errors shift its mean, and what the innovations tell of
 these errors (B. Friedland, IEEE Trans. Automatic Control 14, 1969, "Treatment of bias in recursive
-filtering"). With the errors in their standard deviations, d known of them with covariance M (at
-first 0 and I),
+filtering"). With the errors in their standard deviations, d known of them with covariance L L^T (at
+first 0 and I), the joint covariance of mean and errors is
 
-    prediction:  V <- F V + B,                         B = df/dc sd
-    force:       s = H V + D,  S = H P H^T + R + s M s^T,  D = dh/dc sd
-    update:      V <- V - K s,  g = M s^T / S,  d <- d + g nu,  M <- M - g s M,
-                 X <- X + K nu + V g nu,  nu = y - h(X, c + sd d)
+    [P + W W^T, W L^T; L W^T, L L^T],
 
-This is the extended filter whose state is augmented by the constants, without process noise, its
-covariance [P + V M V^T, V M; M V^T, M] kept in factors. Of M a root is kept, M = L L^T, by J. E.
-Potter's update (R. H. Battin, Astronautical Guidance, 1964), so that no rounding makes it one that
-no numbers have:
+that of the extended filter whose state is augmented by the constants, without process noise. W and
+L are kept as one root [W; L], by J. E. Potter's update (R. H. Battin, Astronautical Guidance,
+1964), so that no rounding makes it a covariance that no numbers have:
 
-    f = L^T s^T,  L <- L - L f f^T / (S (1 + sqrt(1 - f^T f / S)))
+    prediction:  W <- F W + B L,                       B = df/dc sd
+    force:       s = H W + D L,  S = H P H^T + R + s s^T,  D = dh/dc sd
+    update:      W <- W - K s,  d <- d + L s^T nu / S,  X <- X + K nu + W s^T nu / S,
+                 [W; L] <- [W; L] (I - s^T s / (S (1 + sqrt(1 - s s^T / S)))),
+                 nu = y - h(X, c + sd d)
 
-Its innovations are white, and so all tests
-of them hold as they are. What fades or is opened anew is P, the tissue's: a rig does not change.
+Its innovations are white, and so all tests of them hold as they are. What fades or is opened anew
+is P, the tissue's: a rig does not change.
 
 The first samples tell much of all unknowns together, by tangents that are taken at a wild mean:
-false news of the constants, which would never be forgotten. So nothing is learnt of them at first
-(S. F. Schmidt, Advances in Control Systems 3, 1966: they are considered, M held), and where the
-tangents have become good, the tissue is opened anew.
+false news of the constants, which would never be forgotten. So what the tangent leaves out of the
+tip's motion is added to the process noise (``left_out``), as in filters of the second order (A. H.
+Jazwinski, Stochastic Processes and Filtering Theory, 1970): nothing once the tip's motion is known.
+
+An error of the place of contact is a constant force: where that place is known roughly, the filter
+estimates such a force, as ``robust_ekf`` does in any case.
 """
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from tissue_probe.estimation.few_points import spread, tangent_is_poor
 from tissue_probe.physics.rigs import RIGS, Live
 from tissue_probe.physics.rigs.constants import CONTACT_POSITION
 
@@ -44,68 +46,73 @@ if TYPE_CHECKING:
     from tissue_probe.estimation.equations import Filter
     from tissue_probe.estimation.settings import EstimatorSettings
 
-#: How often the tissue is opened anew before constants are learnt: the first time the tangents were
-#: taken at a wild mean, the second time at the mean of a few samples only.
-PASSES = 2.0
+#: The variance of a product of two errors is at most twice the product of their variances, if they
+#: are normal; that of a sum of three terms at most three times the sum of theirs.
+AT_MOST = 6.0
 #: A constant stays within this many standard deviations of its tolerance, as in a diagnosis.
 FARTHEST = 4.0
 
 
-def considered(settings: EstimatorSettings, force_offset: bool) -> tuple[str, ...]:
+def considered(settings: EstimatorSettings) -> tuple[str, ...]:
     """Return the names of the constants that a filter considers; none if all are exact.
 
-    A filter that estimates a constant force has the place of contact in it: both shift the force.
-    Where the tip follows the position, nobody knows its mass roughly (``RIGID_PROBE``).
+    The place of contact is not among them: where it is known roughly, the filter has a constant
+    force as a state (``may_touch_elsewhere``). Where the tip follows the position, nobody knows its
+    mass roughly (``RIGID_PROBE``).
     """
     rig = RIGS[settings.rig]
     if rig.live is not Live.models:
         return ()
-    names = [constant.name for constant in rig.constants]
-    if not any(getattr(settings, f"{name}_tol") for name in names):
-        return ()
-    return tuple(n for n in names if not (force_offset and n == CONTACT_POSITION.name))
+    names = [each.name for each in rig.constants if each.name != CONTACT_POSITION.name]
+    return tuple(names) if any(getattr(settings, f"{name}_tol") for name in names) else ()
+
+
+def may_touch_elsewhere(settings: EstimatorSettings) -> bool:
+    """Whether the place of contact is known roughly: an error of it is a constant force."""
+    return RIGS[settings.rig].live is Live.models and settings.contact_position_tol > 0.0
 
 
 def begin(filter: Filter) -> None:
-    """Know of the constants what was stated, and hold it at first."""
+    """Know of the constants what was stated."""
     import sympy as sp  # only where a kernel has to be generated: it takes half a second
 
     q = len(filter.considered)
-    filter.store_considered(V=0 * filter.V, d=0 * filter.d, L=sp.eye(q))
-    filter.program.store("memory", filter.layout.passes, [0.0])
+    filter.store_considered(W=0 * filter.W, d=0 * filter.d, L=sp.eye(q))
 
 
 def reopen(filter: Filter, kept: Sequence[bool]) -> None:
     """Forget the constants' part in all states that are begun anew."""
-    rows = [filter.V[i, :] * int(keeps) for i, keeps in enumerate(kept)]
-    filter.store_considered(V=filter.V.vstack(*rows))
-
-
-def reopen_tissue(filter: Filter) -> None:
-    """Keep the motion and all means; know of the tissue as little as at first, from here."""
-    moving = [i < len(filter.model.states) for i in range(len(filter.X))]
-    prior = filter.per_state("prior_variance")
-    P = filter.P.copy()
-    for i, moves in enumerate(moving):
-        for j in range(len(moving)):
-            if not (moves and moving[j]):
-                P[i, j] = prior[i] if i == j else 0
-    filter.assign(filter.X, P)
-    reopen(filter, moving)
+    rows = [filter.W[i, :] * int(keeps) for i, keeps in enumerate(kept)]
+    filter.store_considered(W=filter.W.vstack(*rows))
 
 
 def predict(filter: Filter) -> None:
-    """Advance the sensitivity, before the mean, whose derivatives it shares.
+    """Advance the shifts, before the mean, whose derivatives they share; add noise to come."""
+    import sympy as sp
 
-    Sigma points stand for the tangent where that is poor: what it leaves out of the tissue's force
-    would else be taken for news of the constants.
-    """
     _, F = filter.step()
-    filter.store_considered(V=F * filter.V + filter.B)
-    filter.program.begin(f"if {tangent_is_poor(filter, filter.P)}:")
-    spread(filter, tangent=len(filter.model.states))
-    filter.program.line("return")
-    filter.program.end()
+    noise = left_out(filter)
+    filter.store_considered(W=F * filter.W + filter.B * filter.L)
+    names = filter.layout.states
+    filter.Q += sp.diag(*[noise if name == "tip_velocity" else 0 for name in names])
+
+
+def left_out(filter: Filter) -> sp.Symbol:
+    """Return the variance of what the tangent leaves out of the tip's speed after a step [m^2/s^2].
+
+    In m x'' = k0 (u - x) + beta0 (u' - x') - k x - beta x' errors of k0 + k, beta0 + beta and m are
+    multiplied by errors of x, x' and x''. The constants' errors are counted as at first.
+    """
+    total = filter.diagonal(filter.P + filter.W * filter.W.T)
+    m, k0, beta0 = filter.considered
+    mass, spring, damper = filter.deviations
+    at = dict(zip(filter.layout.states, filter.X, strict=True))
+    k, beta = at["stiffness"], at["damping"]
+    x, v = total["tip_position"], total["tip_velocity"]
+    by_spring = total["stiffness"] + spring**2 + (mass / m * (k0 + k)) ** 2
+    by_damper = total["damping"] + damper**2 + (mass / m * (beta0 + beta)) ** 2
+    rate = filter.constant("sample_period") / m
+    return filter.program.let("left_out", AT_MOST * rate**2 * (by_spring * x + by_damper * v))
 
 
 def update(filter: Filter) -> None:
@@ -116,32 +123,16 @@ def update(filter: Filter) -> None:
     innovation, S, program = filter.innovation, filter.S, filter.program
     own = program.let("S_own", (H * P * H.T)[0] + filter.R)
     K = filter.let("K_own", P * H.T / own)
-    f = filter.let("f", (s * filter.L).T)
-    Lf = filter.let("Lf", filter.L * f)
-    (passes,) = program.load("memory", filter.layout.passes, ["passes"])
-    (share,) = program.variables("share", [1 / S])
-    program.line(f"if {passes} < {PASSES}: {share} = 0.0")
-    gain = filter.let("gain", share * Lf)
-    part = sp.sqrt(sp.Max(0, 1 - share * (f.T * f)[0]))
-    L = filter.L - Lf * f.T * share / (1 + part)
-    V = filter.let("V", filter.V - K * s)
-    d = filter.d + gain * innovation
-    d = filter.let("d", d.applyfunc(lambda each: sp.Max(-FARTHEST, sp.Min(FARTHEST, each))))
-    correction = filter.let("correction", d - filter.d)
-    filter.store_considered(V=V, d=d, L=L)
-    filter.X = filter.let("shifted", filter.X + V * correction)
+    share = program.let("share", 1 / S)
+    news = program.let("news", innovation * share)
+    part = sp.sqrt(sp.Max(0, 1 - (s * s.T)[0] * share))
+    potter = program.let("potter", share / (1 + part))
+    W = filter.let("W", filter.W - K * s)
+    Ws, Ls = filter.let("Ws", W * s.T), filter.let("Ls", filter.L * s.T)
+    d = (filter.d + Ls * news).applyfunc(lambda each: sp.Max(-FARTHEST, sp.Min(FARTHEST, each)))
+    filter.store_considered(W=W - potter * Ws * s, d=d, L=filter.L - potter * Ls * s)
+    filter.X = filter.let("shifted", filter.X + Ws * news)
     filter.S = own
-
-
-def begin_to_learn(filter: Filter) -> None:
-    """After an update: open the tissue anew where it is known so well that the tangent will do."""
-    program = filter.program
-    program.begin(f"if passes < {PASSES}:")
-    program.begin(f"if not {tangent_is_poor(filter, filter.P + filter.V * filter.V.T)}:")
-    program.line(f"memory[{filter.layout.passes}] = passes + 1.0")
-    program.line("reopen_tissue(constants, memory)")
-    program.end()
-    program.end()
 
 
 def is_bounded(filter: Filter) -> list[sp.Symbol]:
@@ -158,14 +149,14 @@ def is_bounded(filter: Filter) -> list[sp.Symbol]:
 
 
 def bound(filter: Filter) -> None:
-    """Scale the rows of V that are beyond; where numbers overflowed, start again."""
+    """Scale the rows of W that are beyond; where numbers overflowed, start again."""
     import sympy as sp
 
     program = filter.program
     if not filter.considered:
         program.line("pass")
         return
-    everything = sum([*filter.V, *filter.d, *filter.L], sp.Integer(0))
+    everything = sum([*filter.W, *filter.d, *filter.L], sp.Integer(0))
     whole = program.let("whole", everything)
     program.begin(f"if not abs({whole}) < math.inf:")
     program.line("start(constants, memory)")
@@ -174,11 +165,10 @@ def bound(filter: Filter) -> None:
     variances, ceilings = _shifts(filter), filter.per_state("largest_variance")
     shares = [c / v for c, v in zip(ceilings, variances, strict=True)]
     scale = filter.let("scale", sp.Matrix([sp.sqrt(sp.Min(1, share)) for share in shares]))
-    filter.store_considered(V=sp.diag(*scale) * filter.V)
+    filter.store_considered(W=sp.diag(*scale) * filter.W)
 
 
 def _shifts(filter: Filter) -> list[sp.Symbol]:
     """Return the variances by which the constants' errors shift the states."""
-    VL = filter.let("VL", filter.V * filter.L)
-    rows = [VL[i, :] for i in range(VL.rows)]
+    rows = [filter.W[i, :] for i in range(filter.W.rows)]
     return [filter.program.let("shift", (row * row.T)[0]) for row in rows]

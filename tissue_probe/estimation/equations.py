@@ -11,11 +11,16 @@ from functools import cache, cached_property
 import sympy as sp
 
 from tissue_probe.estimation.layout import Layout
-from tissue_probe.physics.discretise import BEGUN, DISCRETISATIONS, DiscreteStep
+from tissue_probe.physics.discretise import (
+    BEGUN,
+    DISCRETISATIONS,
+    ROUGH_TANGENT_TERMS,
+    TANGENT_TERMS,
+    DiscreteStep,
+)
 from tissue_probe.physics.effects.effect import TIME
 from tissue_probe.physics.model import Model
 from tissue_probe.physics.program import Program
-from tissue_probe.physics.rigs.constants import CONTACT_POSITION
 
 
 class Filter:
@@ -34,9 +39,11 @@ class Filter:
         ``weigh`` returned them.
     considered : Matrix of symbols, shape (q, 1)
         The constants that are known roughly (``considered``), q of them.
-    V, d, L : Matrix, shape (n, q), (q, 1), (q, q)
-        Change of the mean with the constants' errors, mean of these errors, and a root of their
-        covariance M = L L^T; all in their standard deviations.
+    deviations : list of Expr
+        Their standard deviations.
+    W, d, L : Matrix, shape (n, q), (q, 1), (q, q)
+        Of the joint covariance of mean and constants' errors, [W; L] [W; L]^T is the part that is
+        due to these errors; d is their mean. Errors are in their standard deviations.
 
     With ``given`` the mean is not read from the filter's memory: it is the function's arguments.
     From ``workspace`` on the memory is free for intermediate results.
@@ -77,27 +84,25 @@ class Filter:
         self.innovation = sp.Symbol("innovation", real=True)
 
     def _load_considered(self) -> None:
-        """Read V, d, L and the standard deviations."""
+        """Read W, d, L and the standard deviations."""
         layout, n = self.layout, len(self.layout.states)
         names = layout.considered
         q = len(names)
         constants = {str(constant): constant for constant in self.model.constants}
         self.considered = sp.Matrix(q, 1, [constants[name] for name in names])
-        self._deviations = [self._deviation(name) for name in names]
+        self.deviations = [self._deviation(name) for name in names]
         place, load = layout.considering, self.program.load
-        V = load("memory", place, [f"V{i}_{j}" for i in range(n) for j in range(q)])
+        W = load("memory", place, [f"W{i}_{j}" for i in range(n) for j in range(q)])
         d = load("memory", place + n * q, [f"d{j}" for j in range(q)])
         L = load("memory", place + n * q + q, [f"L{i}_{j}" for i in range(q) for j in range(q)])
-        self.V, self.d = sp.Matrix(n, q, V), sp.Matrix(q, 1, d)
-        for name, deviation, departure in zip(names, self._deviations, d, strict=True):
+        self.W, self.d = sp.Matrix(n, q, W), sp.Matrix(q, 1, d)
+        for name, deviation, departure in zip(names, self.deviations, d, strict=True):
             self.program.line(f"{name} += {deviation} * {departure}")
         self.L = sp.Matrix(q, q, L)
 
     def _deviation(self, name: str) -> sp.Expr:
         """Return the standard deviation of a constant."""
         tolerance = self.constant(f"{name}_tol")
-        if name == CONTACT_POSITION.name:
-            return tolerance
         return self.program.let("sd", tolerance * sp.Symbol(name, real=True))
 
     def constant(self, name: str) -> sp.Symbol:
@@ -126,11 +131,11 @@ class Filter:
 
     @cached_property
     def seen(self) -> sp.Matrix:
-        """Change of the predicted force with the constants' errors [N], shape (1, q)."""
+        """Root of the predicted force's variance due to the constants' errors [N], shape (1, q)."""
         D = sp.Matrix([self.model.output]).jacobian(self.considered)
         self._tell_signals(D)
-        by_constant = [D[j] * self._deviations[j] for j in range(D.cols)]
-        return self.let("seen", self.H * self.V + sp.Matrix([by_constant]))
+        by_constant = [D[j] * self.deviations[j] for j in range(D.cols)]
+        return self.let("seen", self.H * self.W + sp.Matrix([by_constant]) * self.L)
 
     @property
     def time(self) -> sp.Expr:
@@ -150,15 +155,14 @@ class Filter:
     def force_variance(self) -> sp.Expr:
         """H P H^T + R [N^2], the variance of the predicted force with its noise (eqs. 25, 39).
 
-        Where constants are considered, s M s^T is a part of it.
+        Where constants are considered, s s^T is a part of it.
         """
         noise = sp.Symbol("noise_variance", real=True)
         self.program.line(f"{noise} = noise(constants, memory)")
         own = (self.H * self.P * self.H.T)[0] + noise
         if not self.considered:
             return own
-        root = self.seen * self.L
-        return own + (root * root.T)[0]
+        return own + (self.seen * self.seen.T)[0]
 
     def let(self, name: str, value: sp.Matrix) -> sp.Matrix:
         """Give a matrix a name: it is computed once, here."""
@@ -176,7 +180,7 @@ class Filter:
         moving, count = len(self.model.states), len(self.model.parameters)
         by_state = step.jacobian[:, : moving + count]
         F = by_state.col_join(sp.zeros(count, moving).row_join(sp.eye(count)))
-        by_constant = step.jacobian[:, moving + count :] * sp.diag(*self._deviations)
+        by_constant = step.jacobian[:, moving + count :] * sp.diag(*self.deviations)
         self.B = by_constant.col_join(sp.zeros(count, len(self.considered)))
         return step.states.col_join(self.model.parameters), F
 
@@ -225,15 +229,15 @@ class Filter:
         self.program.store("memory", size, [P[i, j] for i in range(size) for j in range(i, size)])
 
     def store_considered(
-        self, V: sp.Matrix | None = None, d: sp.Matrix | None = None, L: sp.Matrix | None = None
+        self, W: sp.Matrix | None = None, d: sp.Matrix | None = None, L: sp.Matrix | None = None
     ) -> None:
-        """Keep those of V, d and L that have changed."""
+        """Keep those of W, d and L that have changed."""
         if not self.considered:
             return
-        n, q = self.V.shape
+        n, q = self.W.shape
         place = self.layout.considering
-        if V is not None:
-            self.program.store("memory", place, list(self.let("V", V)))
+        if W is not None:
+            self.program.store("memory", place, list(self.let("W", W)))
         if d is not None:
             self.program.store("memory", place + n * q, list(self.let("d", d)))
         if L is not None:
@@ -241,11 +245,11 @@ class Filter:
 
     def motion(self, derivatives: bool) -> DiscreteStep:
         """Advance the model's states by one sample; derivatives are by the constants, too."""
-        model = self.model
+        model, terms = self.model, TANGENT_TERMS if derivatives else 0
         if self.considered and derivatives:
             by = sp.Matrix([*model.parameters, *self.considered])
-            model = replace(model, parameters=by)
+            model, terms = replace(model, parameters=by), ROUGH_TANGENT_TERMS
         period = self.constant("sample_period")
         if self.model.motion.has(TIME):
             self.program.set(str(BEGUN), self.time - period)
-        return self._discretise(self.program, model, period, self.inputs, derivatives)
+        return self._discretise(self.program, model, period, self.inputs, terms)

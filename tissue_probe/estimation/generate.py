@@ -96,7 +96,6 @@ def source(model: Model, discretisation: str, layout: Layout, equations: ModuleT
             "update(constants, memory, innovation, S, R)",
             lambda filter: _update(filter, equations),
         ),
-        function("reopen_tissue(constants, memory)", considered.reopen_tissue),
         function("is_bounded(constants, memory)", considered.is_bounded),
         function("bound(constants, memory)", considered.bound),
         function("told(constants, memory)", _told),
@@ -129,9 +128,7 @@ def _places(layout: Layout, memory: int, verdict: int, follows: bool) -> str:
         "STIFFNESS": states.index("stiffness"),
         "DAMPING": states.index("damping"),
         "STIFFNESS_DAMPING": layout.covariance(states.index("stiffness"), states.index("damping")),
-        "OFFSET": bool(
-            {"force_offset", "contact_position"}.intersection((*states, *layout.considered))
-        ),
+        "OFFSET": "force_offset" in states,
         "HISTORY": layout.history,
         "PRIMED": layout.primed,
         "PREDICTED": layout.predicted,
@@ -188,8 +185,6 @@ def _update(filter: Filter, equations: ModuleType) -> None:
     if filter.considered:
         considered.update(filter)
     equations.update(filter)
-    if filter.considered:
-        considered.begin_to_learn(filter)
 
 
 def _told(filter: Filter) -> list[sp.Expr]:
@@ -198,8 +193,7 @@ def _told(filter: Filter) -> list[sp.Expr]:
     k, beta = names.index("stiffness"), names.index("damping")
     X, P = filter.X, filter.P
     if filter.considered:
-        VL = filter.let("VL", filter.V * filter.L)
-        P += VL * VL.T
+        P += filter.W * filter.W.T
     trace = sp.Symbol("trace")
     filter.program.line(f"{trace} = 0.0")
     for i in range(len(names)):

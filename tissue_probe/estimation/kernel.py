@@ -12,13 +12,12 @@ from types import ModuleType
 import numpy as np
 from numpy.typing import NDArray
 
-from tissue_probe.estimation.considered import considered
+from tissue_probe.estimation.considered import considered, may_touch_elsewhere
 from tissue_probe.estimation.layout import Layout
 from tissue_probe.estimation.settings import EstimatorSettings
 from tissue_probe.physics import code_cache, machine_code, numba_code
 from tissue_probe.physics.machine_code import MachineCode, Text
 from tissue_probe.physics.rigs import RIGS, Live
-from tissue_probe.physics.rigs.constants import CONTACT_POSITION
 from tissue_probe.settings import SettingsError
 
 FloatArray = NDArray[np.float64]
@@ -164,12 +163,12 @@ class KalmanFilter:
         if settings.model:
             return self._composed(settings)
         how, windowed = settings.discretisation, RIGS[settings.rig].live is Live.windows
-        roughly = considered(settings, self.force_offset)
+        roughly, offset = considered(settings), self._has_offset(settings)
         name = f"{self._name}_rigid" if windowed else f"{self._name}_{how}"
-        name += "_tolerant" if roughly else ""
-        code = _code(name, lambda: self._source(settings.rig, how, roughly))
+        name += self._tolerances(roughly, offset)
+        code = _code(name, lambda: self._source(settings.rig, how, roughly, offset))
         states, extra = tuple(code.facts["STATE_NAMES"]), code.facts["EXTRA"]
-        layout = Layout(states, extra, _known(roughly), windowed=windowed, considered=roughly)
+        layout = Layout(states, extra, windowed=windowed, considered=roughly)
         return Draft(Plan(name, layout), lambda: code)
 
     def _composed(self, settings: EstimatorSettings) -> Draft:
@@ -177,11 +176,11 @@ class KalmanFilter:
         from tissue_probe.estimation.generate import source
         from tissue_probe.estimation.live_model import live_model
 
-        live = live_model(settings, self.force_offset)
-        roughly = considered(settings, self.force_offset)
+        roughly, offset = considered(settings), self._has_offset(settings)
+        live = live_model(settings, offset)
         layout = replace(live.layout(self.equations.EXTRA), considered=roughly)
         name = f"{self._name}_{settings.discretisation}_{live.digest}"
-        name += "_tolerant" if roughly else ""
+        name += self._tolerances(roughly, offset)
         plan = Plan(
             name,
             layout,
@@ -194,27 +193,29 @@ class KalmanFilter:
         how, equations = settings.discretisation, self.equations
         return Draft(plan, lambda: _code(name, lambda: source(live.model, how, layout, equations)))
 
+    def _has_offset(self, settings: EstimatorSettings) -> bool:
+        """Whether a constant force is a state: a place of contact that is off shifts the force."""
+        return self.force_offset or may_touch_elsewhere(settings)
+
+    def _tolerances(self, roughly: tuple[str, ...], offset: bool) -> str:
+        """Return the part of the code's name that says what is known roughly."""
+        told = "_tolerant" if roughly else ""
+        return told + ("_touch" if offset and not self.force_offset else "")
+
     @property
     def _name(self) -> str:
         return self.equations.__name__.rpartition(".")[2]
 
-    def _source(self, rig: str, discretisation: str, roughly: tuple[str, ...]) -> str:
+    def _source(self, rig: str, discretisation: str, roughly: tuple[str, ...], offset: bool) -> str:
         # SymPy is imported only where a kernel has to be generated: it takes half a second.
         from tissue_probe.estimation.generate import WINDOW_SUMS, source
 
-        model = RIGS[rig].compose(
-            contact_position=CONTACT_POSITION.name in roughly, force_offset=self.force_offset
-        )
+        model = RIGS[rig].compose(force_offset=offset)
         states = tuple(map(str, [*model.states, *model.parameters]))
         windowed = not model.states  # the force follows the input's derivatives at once
         extra = {**self.equations.EXTRA, **(WINDOW_SUMS if windowed else {})}
-        layout = Layout(states, extra, _known(roughly), windowed=windowed, considered=roughly)
+        layout = Layout(states, extra, windowed=windowed, considered=roughly)
         return source(model, discretisation, layout, self.equations)
-
-
-def _known(roughly: tuple[str, ...]) -> dict[str, float]:
-    """Return the constants that no setting tells: the tip touches at 0, give or take."""
-    return {CONTACT_POSITION.name: 0.0} if CONTACT_POSITION.name in roughly else {}
 
 
 @dataclass(frozen=True)

@@ -145,25 +145,19 @@ class Layout:
 
     @property
     def considering(self) -> int:
-        """Place in ``memory`` of V, d, L of the considered constants (see ``Filter``)."""
+        """Place in ``memory`` of W, d, L of the considered constants (see ``Filter``)."""
         return self.verdict + VERDICT_SIZE + len(self.extra)
 
     def considered_parts(self, memory: NDArray[np.float64]) -> tuple[NDArray[np.float64], ...]:
-        """Return V, d, L of the considered constants, shapes (n, q), (q,), (q, q), as views."""
+        """Return W, d, L of the considered constants, shapes (n, q), (q,), (q, q), as views."""
         n, q, place = len(self.states), len(self.considered), self.considering
-        V, d, L = np.split(memory[place : self.passes], [n * q, n * q + q])
-        return V.reshape(n, q), d, L.reshape(q, q)
+        W, d, L = np.split(memory[place : self.size], [n * q, n * q + q])
+        return W.reshape(n, q), d, L.reshape(q, q)
 
     def by_constants(self, memory: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return V M V^T, the covariance that is due to considered constants, shape (n, n)."""
-        V, _, L = self.considered_parts(memory)
-        VL = V @ L
-        return np.asarray(VL @ VL.T)
-
-    @property
-    def passes(self) -> int:
-        """Place in ``memory`` of how often the tissue was opened anew (see ``considered``)."""
-        return self.size - 1
+        """Return W W^T, the covariance that is due to considered constants, shape (n, n)."""
+        W, _, _ = self.considered_parts(memory)
+        return np.asarray(W @ W.T)
 
     @property
     def constant_count(self) -> int:
@@ -174,7 +168,7 @@ class Layout:
     def size(self) -> int:
         """Length of ``memory``, without the equations' intermediate results."""
         q = len(self.considered)
-        return self.considering + q * len(self.states) + q + q * q + 1
+        return self.considering + q * len(self.states) + q + q * q
 
     def constants(self, settings: EstimatorSettings, sample_period: float) -> NDArray[np.float64]:
         """Return the array ``constants`` for given settings and sample period [s]."""

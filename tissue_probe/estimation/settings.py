@@ -88,7 +88,8 @@ class EstimatorSettings(BaseModel):
         0.0,
         "m",
         "Standard deviation of the position at which the tip touches; 0: exact; this rig: "
-        f"{OWN_TOLERANCES['contact_position']:g} (Kalman filters without a force offset)",
+        f"{OWN_TOLERANCES['contact_position']:g} (Kalman filters, which estimate a constant force "
+        "then)",
         ge=0,
         le=1e-3,
     )
@@ -151,7 +152,8 @@ class EstimatorSettings(BaseModel):
     force_offset_prior_sd: float = _setting(
         0.1,
         "N",
-        "Standard deviation of the load cell's constant error (robust_ekf)",
+        "Standard deviation of the load cell's constant error (robust_ekf, and Kalman filters with "
+        "contact_position_tol)",
         ge=1e-9,
         le=1e3,
     )

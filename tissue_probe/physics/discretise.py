@@ -23,6 +23,8 @@ BEGUN = sp.Symbol("begun", real=True)
 # Fujiwara's bound on the eigenvalues of A dt stays below LONGEST_STEP.
 TERMS = 8
 TANGENT_TERMS = 6
+# Of the derivatives to 1e-3: enough where more than noise is unknown.
+ROUGH_TANGENT_TERMS = 4
 LONGEST_STEP = 0.6
 LONGEST_RUNGE_KUTTA = 0.12
 # Into more parts no step is divided, so that none takes seconds: a model so fast, or sampled so
@@ -47,7 +49,7 @@ class DiscreteStep:
 
 
 def exact_step(
-    program: Program, model: Model, period: sp.Symbol, inputs: list[sp.Symbol], derivatives: bool
+    program: Program, model: Model, period: sp.Symbol, inputs: list[sp.Symbol], tangent_terms: int
 ) -> DiscreteStep:
     """Advance a model that is linear in its states by the Taylor series of its solution.
 
@@ -71,8 +73,9 @@ def exact_step(
         Time between two samples dt [s].
     inputs : list of Symbol
         u[t], u[t-1], u[t-2], u[t-3] [m].
-    derivatives : bool
-        Whether the Jacobian is wanted too (a filter on sigma points does without).
+    tangent_terms : int
+        Terms of the Jacobian's series, where there is one; with 0 no Jacobian is returned (a filter
+        on sigma points does without).
     """
     if not _is_steady(model):
         raise ValueError("the exact step needs a steady model that is linear in its states")
@@ -82,19 +85,19 @@ def exact_step(
     by_parameter = {
         index: _system(program, model, model.motion.diff(parameter), dt)
         for index, parameter in enumerate(model.parameters)
-        if derivatives and model.motion.has(parameter)
+        if tangent_terms and model.motion.has(parameter)
     }
     count = len(model.states)
     z = program.variables("z", model.states)
     w = program.variables("w", _cubic(program, inputs, share))
-    t = program.variables("t", sp.eye(count, count + len(by_parameter)) if derivatives else [])
+    t = program.variables("t", sp.eye(count, count + len(by_parameter)) if tangent_terms else [])
     elapsed = program.variables("elapsed", [0.0])
     program.begin("while True:")
     z_j, t_j = program.now(z), program.now(t)
     z_sum, t_sum = z_j, t_j
     for j in range(TERMS):
         u_j = [w[j] if j < 4 else 0, (j + 1) * w[j + 1] if j < 3 else 0, int(j == 0)]
-        if derivatives and j < TANGENT_TERMS:
+        if j < tangent_terms:
             forcing = [entry.apply(z_j, u_j) for entry in by_parameter.values()]
             rates = system.state * t_j + sp.Matrix.hstack(sp.zeros(count, count), *forcing)
             t_j = program.let_matrix("t", rates / (j + 1))
@@ -104,7 +107,7 @@ def exact_step(
     program.assign(z, z_sum)
     program.assign(t, t_sum)
     _next_part(program, share, elapsed, w)
-    if not derivatives:
+    if not tangent_terms:
         return DiscreteStep(z, sp.zeros(count, 0))
     t = program.now(t)
     place = {index: count + column for column, index in enumerate(by_parameter)}
@@ -137,7 +140,7 @@ def _system(program: Program, model: Model, motion: sp.Matrix, dt: sp.Symbol) ->
 
 
 def runge_kutta_step(
-    program: Program, model: Model, period: sp.Symbol, inputs: list[sp.Symbol], derivatives: bool
+    program: Program, model: Model, period: sp.Symbol, inputs: list[sp.Symbol], tangent_terms: int
 ) -> DiscreteStep:
     """Advance any model by Runge and Kutta's fourth-order rule, in parts short enough.
 
@@ -148,7 +151,7 @@ def runge_kutta_step(
     dt = program.let("dt", period * share)
     count, columns = len(model.states), len(model.states) + len(model.parameters)
     z = program.variables("z", model.states)
-    t = program.variables("t", sp.eye(count, columns) if derivatives else [])
+    t = program.variables("t", sp.eye(count, columns) if tangent_terms else [])
     w = program.variables("w", _cubic(program, inputs, share))
     elapsed = program.variables("elapsed", [0.0])
     program.begin("while True:")
@@ -161,7 +164,7 @@ def runge_kutta_step(
         if model.motion.has(TIME):
             now[TIME] = program.let("time", BEGUN + period * (elapsed[0] + at * share))
         k = program.let_matrix("k", dt * model.motion.subs(now, simultaneous=True))
-        if not derivatives:
+        if not tangent_terms:
             return k, t
         forcing = sp.zeros(count, count).row_join(model.parameter_jacobian)
         rate = model.state_jacobian.subs(now, simultaneous=True) * t_at
@@ -176,15 +179,15 @@ def runge_kutta_step(
     program.assign(z, z + (k1 + 2 * k2 + 2 * k3 + k4) / 6)
     program.assign(t, t + (l1 + 2 * l2 + 2 * l3 + l4) / 6)
     _next_part(program, share, elapsed, w)
-    return DiscreteStep(z, t if derivatives else sp.zeros(count, 0))
+    return DiscreteStep(z, t if tangent_terms else sp.zeros(count, 0))
 
 
 def accurate_step(
-    program: Program, model: Model, period: sp.Symbol, inputs: list[sp.Symbol], derivatives: bool
+    program: Program, model: Model, period: sp.Symbol, inputs: list[sp.Symbol], tangent_terms: int
 ) -> DiscreteStep:
     """Advance a model exactly where it is linear and steady, else by Runge and Kutta's rule."""
     step = exact_step if _is_steady(model) else runge_kutta_step
-    return step(program, model, period, inputs, derivatives)
+    return step(program, model, period, inputs, tangent_terms)
 
 
 def _is_steady(model: Model) -> bool:
@@ -192,7 +195,7 @@ def _is_steady(model: Model) -> bool:
 
 
 def euler_step(
-    program: Program, model: Model, period: sp.Symbol, inputs: list[sp.Symbol], derivatives: bool
+    program: Program, model: Model, period: sp.Symbol, inputs: list[sp.Symbol], tangent_terms: int
 ) -> DiscreteStep:
     """Advance any model by forward Euler, as the paper does (eqs. 6 and 7, Jacobian eq. 17).
 
@@ -203,7 +206,7 @@ def euler_step(
     rate = (inputs[1] - inputs[2]) / period
     now = {model.input: inputs[1], model.input_rate: rate, TIME: BEGUN}
     states = program.let_matrix("next", model.states + period * model.motion.subs(now))
-    if not derivatives:
+    if not tangent_terms:
         return DiscreteStep(states, sp.zeros(len(states), 0))
     jacobian = (sp.eye(len(states)) + period * model.state_jacobian).row_join(
         period * model.parameter_jacobian

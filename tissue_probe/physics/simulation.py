@@ -13,7 +13,7 @@ import sympy as sp
 from numpy.typing import NDArray
 
 from tissue_probe.physics import code_cache
-from tissue_probe.physics.discretise import accurate_step
+from tissue_probe.physics.discretise import TANGENT_TERMS, accurate_step
 from tissue_probe.physics.model import Model
 from tissue_probe.physics.program import Program
 
@@ -105,7 +105,7 @@ def _step(model: Model) -> str:
     _load_values(program, model)
     program.load("z", 0, list(map(str, model.states)))
     inputs = list(sp.symbols("u0 u1 u2 u3", real=True))
-    step = accurate_step(program, model, sp.Symbol("period", real=True), inputs, derivatives=True)
+    step = accurate_step(program, model, sp.Symbol("period", real=True), inputs, TANGENT_TERMS)
     T = sp.Matrix(count, total, lambda i, j: sp.Symbol(f"T{i}_{j}", real=True))
     for i, j in np.ndindex(count, total):
         program.line(f"{T[i, j]} = tangent[{i}, {j}]")
