@@ -310,6 +310,7 @@ class IdentifyNode(Node):
         """Wait until a record is complete."""
         recording.heard = time.monotonic()
         while (record := recording.collector.record()) is None:
+            self._driver.show_alive()
             self._check(work)
             if recording.failure is not None:
                 raise IdentificationStopped(str(recording.failure))

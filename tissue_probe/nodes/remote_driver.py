@@ -13,11 +13,14 @@ from rcl_interfaces.srv import GetParameters, SetParametersAtomically
 from rclpy.client import Client
 from rclpy.node import Node
 from rclpy.parameter import Parameter, parameter_value_to_python
+from std_msgs.msg import String
 
 from tissue_probe.devices.calibration import Calibration
 from tissue_probe.devices.limits import Limits
 from tissue_probe.nodes.asking import ENDS_IN, Question, Wait, to_service
 from tissue_probe.nodes.driver import ExcitationSettings
+from tissue_probe.nodes.loan_watch import TOPIC
+from tissue_probe.nodes.qos import LOANS
 from tissue_probe.settings import build
 
 READY = (State.PRIMARY_STATE_INACTIVE, State.PRIMARY_STATE_ACTIVE)
@@ -69,6 +72,7 @@ class RemoteDriver:
         )
         self._state = node.create_client(GetState, f"{name}/get_state")
         self._changer = node.create_client(ChangeState, f"{name}/change_state")
+        self._loans = node.create_publisher(String, TOPIC, LOANS)
         self._stopped_here = False
 
     def look(self, wait: Wait) -> DriverState:
@@ -98,6 +102,9 @@ class RemoteDriver:
     ) -> Iterator[None]:
         """Drive the coil by an excitation; at any end put the driver back as it was found.
 
+        Who uses it must call ``show_alive`` several times in ``PALPATION_LEASE``: where that ceases
+        the driver puts the coil at zero and the excitation back by itself.
+
         Parameters
         ----------
         found : DriverState
@@ -117,11 +124,20 @@ class RemoteDriver:
             yield
             return
         self._stopped_here = False
+        lent = build(ExcitationSettings, dict(found.excitation)).model_dump_json()
+        # Unheard, the driver could not put it back if this process died.
+        wait(lambda: bool(self._loans.get_subscription_count()))
+        self._loans.publish(String(data=lent))
         try:
             self._change(found.active, {**found.excitation, **excitation}, True, wait)
             yield
         finally:
             self._put_back(found, put_back)
+            self._loans.publish(String())
+
+    def show_alive(self) -> None:
+        """Show the driver that this process is alive."""
+        self._loans.assert_liveliness()
 
     def _put_back(self, found: DriverState, wait: Wait) -> None:
         """Stop the coil, restore the excitation, activate again what was active.
@@ -160,7 +176,12 @@ class RemoteDriver:
     def _ask(self, client: Client, request: Any, wait: Wait) -> Question:
         """Return a question that is answered; all of them may be heard twice."""
         question = to_service(client, request)
-        wait(question.is_answered)
+
+        def is_answered() -> bool:
+            self.show_alive()
+            return question.is_answered()
+
+        wait(is_answered)
         return question
 
     def _read(self, prefix: str, names: list[str], wait: Wait) -> dict[str, Any]:
