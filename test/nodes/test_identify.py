@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import signal
 from contextlib import suppress
 from pathlib import Path
@@ -81,6 +82,12 @@ def wait_for_samples(running, work: Acting) -> None:
     running.wait_until(
         lambda: any(each.doing.startswith("records, 1") for each in work.feedback), "samples"
     )
+
+
+def children(pid: int) -> list[int]:
+    """The processes that a process has started and that run."""
+    found = [each.read_text().split() for each in Path(f"/proc/{pid}/task").glob("*/children")]
+    return [int(child) for each in found for child in each]
 
 
 def hidden_model(path: Path, effect: str) -> Path:
@@ -171,6 +178,28 @@ def test_a_coil_that_somebody_has_stopped_meanwhile_stays_at_zero(session):
     with remote.excite(remote.look(wait), CHIRP, wait, wait):
         assert change_state(running, Transition.TRANSITION_DEACTIVATE)
     assert is_as_found(running, State.PRIMARY_STATE_INACTIVE)
+
+
+def test_a_diagnosis_that_is_killed_or_cancelled_ends_it_with_a_sentence(session, tmp_path):
+    running = session(probe(), stage_on_tissue(), identify(tmp_path))
+    activate(running)
+    identifying = running.processes["identify"].pid
+    endings = {
+        "killed": lambda work, pid: os.kill(pid, signal.SIGKILL),
+        "cancelled": lambda work, pid: work.handle.cancel_goal_async(),
+    }
+    for told, end in endings.items():
+        work = acting(running, goal())
+        running.wait_until(lambda: children(identifying), "the diagnosis", LONG)
+        (diagnosing,) = children(identifying)
+        end(work, diagnosing)
+        ended = work.result()
+        assert told in ended.result.message
+        assert ended.status in (GoalStatus.STATUS_ABORTED, GoalStatus.STATUS_CANCELED)
+        running.wait_until(lambda: not children(identifying), "the end of the diagnosis")
+        assert is_as_found(running, State.PRIMARY_STATE_ACTIVE)
+        (file,) = ended.result.recordings
+        assert len(tissue_probe.read(file)) > 4 * 1900
 
 
 @pytest.mark.parametrize("ending", [signal.SIGKILL, signal.SIGSTOP])

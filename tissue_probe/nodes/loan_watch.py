@@ -16,7 +16,6 @@ from std_msgs.msg import String
 from tissue_probe.nodes.lease import Lease
 from tissue_probe.settings import Settings, SettingsError
 
-TOPIC = "excitation_loan"
 #: Characters of a message that the log quotes: more than an excitation has.
 SHOWN = 200
 
@@ -45,7 +44,7 @@ class LoanWatch:
     ) -> None:
         self._node, self._settings, self._on_silence = node, settings, on_silence
         self._lent: Settings | None = None
-        self._lease = Lease(node, String, TOPIC, timeout, self._on_loan, self._on_loss)
+        self._lease = Lease(node, String, "excitation_loan", timeout, self._on_loan, self._on_loss)
 
     def change_timeout(self, timeout: float) -> None:
         """Allow another silence [s] from now on; a loan stays watched."""

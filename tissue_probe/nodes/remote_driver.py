@@ -19,7 +19,6 @@ from tissue_probe.devices.calibration import Calibration
 from tissue_probe.devices.limits import Limits
 from tissue_probe.nodes.asking import ENDS_IN, Question, Wait, to_service
 from tissue_probe.nodes.driver import ExcitationSettings
-from tissue_probe.nodes.loan_watch import TOPIC
 from tissue_probe.nodes.qos import LOANS
 from tissue_probe.settings import build
 
@@ -72,7 +71,7 @@ class RemoteDriver:
         )
         self._state = node.create_client(GetState, f"{name}/get_state")
         self._changer = node.create_client(ChangeState, f"{name}/change_state")
-        self._loans = node.create_publisher(String, TOPIC, LOANS)
+        self._loans = node.create_publisher(String, "excitation_loan", LOANS)
         self._stopped_here = False
 
     def look(self, wait: Wait) -> DriverState:
