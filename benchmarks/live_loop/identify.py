@@ -19,7 +19,7 @@ from dataclasses import asdict, dataclass, replace
 import numpy as np
 from rich.table import Table
 
-from benchmarks.live_loop.streams import draw_rig, measure_case, rise_from_rest
+from benchmarks.live_loop.streams import ALONE, draw_rig, measure_case, rise_from_rest
 from tissue_probe.analysis.monitor_worker import answer_records
 from tissue_probe.challenge.case import Case
 from tissue_probe.challenge.change import log_uniform
@@ -111,7 +111,7 @@ class Outcome:
     end: str
 
 
-def measure(count: int, effects: Sequence[str] = (*LIBRARY, "")) -> list[Outcome]:
+def measure(count: int, effects: Sequence[str] = (*ALONE, "")) -> list[Outcome]:
     """Identify ``count`` specimens of each effect, and as many without one."""
     model = load_tested_model(MonitorSettings())
     outcomes = []

@@ -17,7 +17,7 @@ from itertools import islice
 import numpy as np
 from rich.table import Table
 
-from benchmarks.live_loop.streams import cut_into_blocks, draw_rig, measure_case, move_coil
+from benchmarks.live_loop.streams import ALONE, cut_into_blocks, draw_rig, measure_case, move_coil
 from tissue_probe.analysis.monitor_worker import answer_question
 from tissue_probe.challenge.case import Case
 from tissue_probe.challenge.instrument import CHALLENGE_RATE
@@ -96,7 +96,8 @@ def measure(count: int) -> list[Outcome]:
 
 
 def _hidden(settings: MonitorSettings) -> Iterator[Outcome]:
-    for place, effect in enumerate(LIBRARY):
+    for effect in ALONE:
+        place = [*LIBRARY].index(effect)
         seeds = range(FIRST_SEED + TRIED * place, FIRST_SEED + TRIED * (place + 1))
         marked = (_of_effect(settings, effect, seed) for seed in seeds)
         yield from islice((each for each in marked if each.shown >= SHOWN), STRENGTHS)

@@ -23,11 +23,13 @@ from tissue_probe.challenge.instrument import (
 from tissue_probe.challenge.measured import Measured
 from tissue_probe.challenge.motion import MOTION_RATE
 from tissue_probe.challenge.record import follow
-from tissue_probe.challenge.simulator import PINK_NOISE
+from tissue_probe.challenge.simulator import LIBRARY, PINK_NOISE
 from tissue_probe.challenge.specimen import Specimen
 from tissue_probe.challenge.tolerances import Tolerances
 from tissue_probe.signals import FloatArray, SampleBlock
 
+#: Effects of the library that may be hidden alone: the others are then another one.
+ALONE = tuple(name for name, effect in LIBRARY.items() if not effect.beside)
 #: Time in which a motion rises from rest [s].
 RISE = 0.05
 #: Samples to a block, as the driver publishes them.
