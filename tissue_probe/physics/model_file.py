@@ -424,6 +424,9 @@ _WANTED = {
     "files": "a list of files, each with name and sha256",
     "date": "a day such as 2026-11-20",
     "converged": "true or false",
+    "lowest": "a number [m]",
+    "highest": "a number [m]",
+    "fastest": "a number of 0 or more [m/s]",
 }
 
 
