@@ -111,7 +111,10 @@ class Rig(str, Enum):
 Hidden = Enum("Hidden", {name: name for name in diagnosis.HIDDEN}, type=str)
 Excitation = Enum("Excitation", {name: name for name in DURATIONS}, type=str)
 Group = Enum("Group", {name: name for name in (*instrument_groups.GROUPS, "speed")}, type=str)
-STEPS = ("free_air", "contact", "monitor", "tolerant", "identify", "take_model")
+STEPS = (
+    *("free_air", "contact", "monitor", "wrong_estimates", "tolerant", "identify", "take_model"),
+    "diagnose_beside",
+)
 Step = Enum("Step", {name: name for name in STEPS}, type=str)
 Protocol = Enum("Protocol", {name: name for name in PROTOCOLS}, type=str)
 
@@ -323,11 +326,13 @@ def main(
             # MuJoCo, which nothing else needs.
             from benchmarks.live_loop import (
                 contact,
+                diagnose_beside,
                 free_air,
                 identify,
                 monitor,
                 take_model,
                 tolerant,
+                wrong_estimates,
             )
 
             steps = [each.value for each in step or Step]
@@ -343,6 +348,10 @@ def main(
                 watched = monitor.measure(seeds)
                 results["live_loop_monitor"] = monitor.kept(watched)
                 Console(width=150).print(monitor.table(watched))
+            if "wrong_estimates" in steps:
+                sure = wrong_estimates.measure()
+                results["live_loop_wrong_estimates"] = wrong_estimates.kept(sure)
+                Console(width=150).print(wrong_estimates.table(sure))
             if "tolerant" in steps:
                 marked = tolerant.measure(seeds)
                 results["live_loop_tolerant"] = tolerant.kept(marked)
@@ -355,6 +364,10 @@ def main(
                 phases = take_model.measure(RESULTS)
                 results["live_loop_take_model"] = take_model.kept(phases)
                 Console(width=120).print(take_model.table(phases))
+            if "diagnose_beside" in steps:
+                beside_diagnoses = diagnose_beside.measure(RESULTS)
+                results["live_loop_diagnose_beside"] = diagnose_beside.kept(beside_diagnoses)
+                Console(width=120).print(diagnose_beside.table(beside_diagnoses))
         if part in (Part.live, Part.all):
             results["live"] = live.measure(RESULTS, seconds)
         if part in (Part.offline, Part.all):

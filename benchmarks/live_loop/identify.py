@@ -1,8 +1,8 @@
 """Whether an identification settles on the hidden effect, after at most two further records.
 
-The records are made by the challenge's simulator, which shares no code with the models under test,
-on its tolerant rig. The first is a sine of 10 Hz, as the driver has it by default; the code that
-the node asks chooses the others. Each effect is made so strong that it shows under a multisine.
+The records are of the specimens of `streams`. The first is a sine of 10 Hz, as the driver has it by
+default; the code that the node asks chooses the others. Each effect is made so strong that it shows
+under a multisine.
 
 An effect counts as one that an excitation can tell if the best Kelvin-Voigt fit within the rig's
 tolerances leaves enough of it under the first motion or under one of those that may be chosen.
@@ -19,18 +19,13 @@ from dataclasses import asdict, dataclass, replace
 import numpy as np
 from rich.table import Table
 
+from benchmarks.live_loop.streams import ALONE, draw_rig, measure_case, rise_from_rest
 from tissue_probe.analysis.monitor_worker import answer_records
 from tissue_probe.challenge.case import Case
 from tissue_probe.challenge.change import log_uniform
-from tissue_probe.challenge.instrument import (
-    CHALLENGE_RATE,
-    FORCE_NOISE,
-    InstrumentErrors,
-    pink_noise,
-)
+from tissue_probe.challenge.instrument import CHALLENGE_RATE
 from tissue_probe.challenge.record import follow
-from tissue_probe.challenge.simulator import LIBRARY, PINK_NOISE
-from tissue_probe.challenge.specimen import Specimen
+from tissue_probe.challenge.simulator import LIBRARY
 from tissue_probe.challenge.strength import SEARCH_RATE, hide
 from tissue_probe.challenge.tolerances import Tolerances
 from tissue_probe.challenge.trajectory import Trajectory
@@ -116,7 +111,7 @@ class Outcome:
     end: str
 
 
-def measure(count: int, effects: Sequence[str] = (*LIBRARY, "")) -> list[Outcome]:
+def measure(count: int, effects: Sequence[str] = (*ALONE, "")) -> list[Outcome]:
     """Identify ``count`` specimens of each effect, and as many without one."""
     model = load_tested_model(MonitorSettings())
     outcomes = []
@@ -154,17 +149,12 @@ def _identify(model: TestedModel, effect: str, seed: int) -> Outcome:
 
 def _specimen(effect: str, random: np.random.Generator) -> tuple[Case, float]:
     """Return a specimen with an effect, and the most that it shows under any motion."""
-    tissue = Specimen(
-        stiffness=log_uniform(random, 150.0, 3000.0), damping=log_uniform(random, 0.5, 15.0)
-    )
-    tolerances = Tolerances()
-    rig, zero = tolerances.draw_rig(tissue, random.standard_normal(len(Tolerances._fields)))
+    rig, instrument = draw_rig(random)
     pressed = random.uniform(1e-3, 3e-3) if random.random() < 0.5 else 0.0
-    instrument = InstrumentErrors(contact_zero=zero, pink_noise=PINK_NOISE)
     clean = Case(rig, instrument, _motion(BROAD, 2.0, pressed)).press_in(pressed)
     if not effect:
         return clean, 1.0
-    target = log_uniform(random, WEAKEST, STRONGEST)
+    target, tolerances = log_uniform(random, WEAKEST, STRONGEST), Tolerances()
     hidden = hide(LIBRARY[effect], clean, target, int(random.integers(2**32)), tolerances)
     case = clean.apply_change(hidden.change)
     preload = case.trajectory.preload
@@ -178,9 +168,7 @@ def _specimen(effect: str, random: np.random.Generator) -> tuple[Case, float]:
 def _motion(excitation: Mapping[str, object], seconds: float, preload: float) -> Trajectory:
     """Return the coil's motion under an excitation, from rest."""
     since = np.arange(round(seconds * CHALLENGE_RATE)) / CHALLENGE_RATE
-    rise = np.clip(since / 0.05, 0.0, 1.0)
-    rise = rise**3 * (10.0 - 15.0 * rise + 6.0 * rise**2)
-    moved = preload + GAIN * rise * parse_excitation(dict(excitation))(since)
+    moved = preload + GAIN * rise_from_rest(since) * parse_excitation(dict(excitation))(since)
     return Trajectory.follow_motion(follow(since, moved, str(excitation["kind"]), True))
 
 
@@ -194,10 +182,8 @@ def _record(
     case: Case, excitation: Mapping[str, object], seconds: float, random: np.random.Generator
 ) -> LiveRecord:
     moved = _move(case, _motion(excitation, seconds, case.trajectory.preload))
-    count = moved.samples
-    noise = FORCE_NOISE * random.standard_normal(count) + PINK_NOISE * pink_noise(count, random)
-    position, force = moved.measure(noise)
-    command = parse_excitation(dict(excitation))(np.arange(count) / CHALLENGE_RATE)
+    position, force = measure_case(moved, random)
+    command = parse_excitation(dict(excitation))(np.arange(moved.samples) / CHALLENGE_RATE)
     return LiveRecord(position, force, command, 1.0 / CHALLENGE_RATE, excitation)
 
 

@@ -1,9 +1,8 @@
 """Whether the monitor's test tells hidden effects in time, and is silent on tissue without any.
 
-The streams are made by the challenge's simulator, which shares no code with the models under test,
-on its tolerant rig (constants off within their tolerances, 1/f noise); every second one is a sine
-of 10 Hz, the others sweep from 1 to 60 Hz and back. They are played through the numerics of the
-node, faster than in real time.
+The streams are those of `streams`; every second one is a sine of 10 Hz, the others sweep from 1 to
+60 Hz and back. They are played through the numerics of the node, faster than in real time. What is
+told is diagnosed, on the samples that the node would have.
 
 Contents: streams, what is told of them, the tables.
 """
@@ -18,22 +17,16 @@ from itertools import islice
 import numpy as np
 from rich.table import Table
 
+from benchmarks.live_loop.streams import ALONE, cut_into_blocks, draw_rig, measure_case, move_coil
+from tissue_probe.analysis.monitor_worker import answer_question
 from tissue_probe.challenge.case import Case
-from tissue_probe.challenge.instrument import (
-    CHALLENGE_RATE,
-    FORCE_NOISE,
-    InstrumentErrors,
-    pink_noise,
-)
-from tissue_probe.challenge.measured import Measured
-from tissue_probe.challenge.record import follow
-from tissue_probe.challenge.simulator import LIBRARY, PINK_NOISE, make_challenge
-from tissue_probe.challenge.specimen import Specimen
-from tissue_probe.challenge.tolerances import Tolerances
+from tissue_probe.challenge.instrument import CHALLENGE_RATE
+from tissue_probe.challenge.simulator import LIBRARY, make_challenge
 from tissue_probe.challenge.trajectory import Trajectory
 from tissue_probe.monitoring.monitor import Monitor
+from tissue_probe.monitoring.question import Verdict, question
 from tissue_probe.monitoring.settings import MonitorSettings
-from tissue_probe.signals import FloatArray, SampleBlock
+from tissue_probe.signals import FloatArray
 
 #: Seeds of no test, and of nothing that the test was made with; of clean tissue, downwards.
 FIRST_SEED, CLEAN_SEED = 63_000, 60_499
@@ -49,8 +42,6 @@ TRIED = 12
 COARSE = 8_000
 #: A minute is that many specimens, each for so long [s].
 PIECES, PIECE = 3, 20.0
-#: Samples to a block, as the driver publishes them.
-BLOCK = 10
 
 
 @dataclass(frozen=True)
@@ -73,6 +64,10 @@ class Outcome:
         Time of samples until the first window was rejected [s]; NaN if none was.
     seconds : float
         Processor time of a window [s].
+    verdict : str
+        Of the diagnosis of what was told; empty where nothing was.
+    named : tuple of str
+        Effects that it holds for missing.
     """
 
     effect: str
@@ -83,6 +78,15 @@ class Outcome:
     rejected: int
     told: float
     seconds: float
+    verdict: str
+    named: tuple[str, ...]
+
+    @property
+    def is_right(self) -> bool:
+        """Whether the verdict names the effect alone, or is ambiguous and has it in its set."""
+        if self.verdict == "ambiguous":
+            return self.effect in self.named
+        return self.verdict == "missing" and self.named == (self.effect,)
 
 
 def measure(count: int) -> list[Outcome]:
@@ -92,7 +96,8 @@ def measure(count: int) -> list[Outcome]:
 
 
 def _hidden(settings: MonitorSettings) -> Iterator[Outcome]:
-    for place, effect in enumerate(LIBRARY):
+    for effect in ALONE:
+        place = [*LIBRARY].index(effect)
         seeds = range(FIRST_SEED + TRIED * place, FIRST_SEED + TRIED * (place + 1))
         marked = (_of_effect(settings, effect, seed) for seed in seeds)
         yield from islice((each for each in marked if each.shown >= SHOWN), STRENGTHS)
@@ -100,7 +105,7 @@ def _hidden(settings: MonitorSettings) -> Iterator[Outcome]:
 
 def _of_effect(settings: MonitorSettings, effect: str, seed: int) -> Outcome:
     motion = ("sine", "sweep")[seed % 2]
-    made = make_challenge(seed, (effect,), _motion(motion, seed, IN_TIME), "tolerant")
+    made = make_challenge(seed, (effect,), move_coil(motion, seed, IN_TIME), "tolerant")
     shown = made.answer.shown[effect]
     taken = made.recording
     return _marked(settings, taken.position, taken.force, (effect, seed, motion, shown))
@@ -110,32 +115,9 @@ def _clean(settings: MonitorSettings, number: int) -> Outcome:
     """Mark tissue without any effect."""
     seed, motion = CLEAN_SEED - number, ("sine", "sweep")[number % 2]
     random = np.random.default_rng(seed)
-    tissue = Specimen(
-        stiffness=float(np.exp(random.uniform(np.log(150.0), np.log(3000.0)))),
-        damping=float(np.exp(random.uniform(np.log(0.5), np.log(15.0)))),
-    )
-    rig, zero = Tolerances().draw_rig(tissue, random.standard_normal(len(Tolerances._fields)))
-    instrument = InstrumentErrors(contact_zero=zero, pink_noise=PINK_NOISE)
-    coil = Trajectory.follow_motion(_motion(motion, seed, PIECE))
-    case = Case(rig, instrument, coil).press_in(coil.preload)
-    noise = FORCE_NOISE * random.standard_normal(case.samples)
-    noise += PINK_NOISE * pink_noise(case.samples, random)
-    return _marked(settings, *case.measure(noise, COARSE), ("", seed, motion, 1.0))
-
-
-def _motion(kind: str, seed: int, seconds: float) -> Measured:
-    """Return a motion of the coil that begins at rest, pressed in or not."""
-    random = np.random.default_rng(seed)
-    since = np.arange(round(seconds * CHALLENGE_RATE)) / CHALLENGE_RATE
-    frequency = np.full(since.size, 10.0)
-    if kind == "sweep":  # up and down in 8 s
-        frequency = 1.0 + 59.0 * (1.0 - np.abs(1.0 - since % 8.0 / 4.0))
-    rise = np.clip(since / 0.05, 0.0, 1.0)
-    rise = rise**3 * (10.0 - 15.0 * rise + 6.0 * rise**2)
-    angle = 2.0 * np.pi * np.cumsum(frequency) / CHALLENGE_RATE
-    preload = random.uniform(1e-3, 3e-3) if random.random() < 0.5 else 0.0
-    moved = preload + random.uniform(0.8e-3, 1.2e-3) * rise * np.sin(angle)
-    return follow(since, moved, kind, True)
+    coil = Trajectory.follow_motion(move_coil(motion, seed, PIECE))
+    case = Case(*draw_rig(random), coil).press_in(coil.preload)
+    return _marked(settings, *measure_case(case, random, COARSE), ("", seed, motion, 1.0))
 
 
 def _marked(
@@ -145,13 +127,7 @@ def _marked(
     of: tuple[str, int, str, float],
 ) -> Outcome:
     monitor, told, windows, rejected, spent = Monitor(settings), np.nan, 0, 0, 0.0
-    unknown = np.full(BLOCK, np.nan)
-    for first in range(0, force.size - BLOCK + 1, BLOCK):
-        here = slice(first, first + BLOCK)
-        stamp = round(1e9 * first / CHALLENGE_RATE)
-        block = SampleBlock(
-            stamp, first, 1.0 / CHALLENGE_RATE, position[here], force[here], unknown
-        )
+    for block in cut_into_blocks(position, force):
         begun = time.process_time()
         tested = monitor.take(block)
         if tested is None:
@@ -160,8 +136,28 @@ def _marked(
         windows += 1
         rejected += tested.rejected
         if tested.rejected and np.isnan(told):
-            told = (first + BLOCK) / CHALLENGE_RATE
-    return Outcome(*of, windows, rejected, float(told), spent / max(windows, 1))
+            told = (block.sequence + len(block)) / CHALLENGE_RATE
+    verdict = diagnose_last(monitor) if of[0] and rejected else None
+    return Outcome(
+        *of, windows, rejected, float(told), spent / max(windows, 1),
+        verdict.verdict if verdict else "", name_likely(verdict) if verdict else (),
+    )  # fmt: skip
+
+
+def diagnose_last(monitor: Monitor) -> Verdict:
+    """Diagnose the last samples that a monitor has, as its node does on request."""
+    block = monitor.last()
+    assert block is not None, "the stream is longer than a window"
+    return answer_question(question(monitor.model, block))
+
+
+def name_likely(verdict: Verdict) -> tuple[str, ...]:
+    """Name the effects that a verdict holds for missing.
+
+    Where it is ambiguous these are all that it tells, else those that are rather missing than not.
+    """
+    ambiguous = verdict.verdict == "ambiguous"
+    return tuple(name for name, likely in verdict.effects if ambiguous or likely > 0.5)
 
 
 def kept(outcomes: Sequence[Outcome]) -> list[dict[str, object]]:
@@ -174,12 +170,20 @@ def table(outcomes: Sequence[Outcome]) -> Table:
     """Return what was told, and what was told in vain."""
     hidden = [each for each in outcomes if each.effect]
     clean = [each for each in outcomes if not each.effect]
-    found = Table("streams", "count", "told", "missed or in vain", title="The monitor's test")
+    found = Table(
+        "streams", "count", "told", "missed or in vain", "verdict right", "not right",
+        title="The monitor's test",
+    )  # fmt: skip
     for motion in ("sine", "sweep"):
         of = [each for each in hidden if each.motion == motion]
         missed = [f"{e.effect} ({e.shown:.1f})" for e in of if not e.rejected]
         told = len(of) - len(missed)
-        found.add_row(f"an effect, {motion}", str(len(of)), str(told), ", ".join(missed))
+        marked = [each for each in of if each.rejected]
+        wrong = [_describe_wrong(each) for each in marked if not each.is_right]
+        found.add_row(
+            f"an effect, {motion}", str(len(of)), str(told), ", ".join(missed),
+            f"{told - len(wrong)} of {told}", "; ".join(wrong),
+        )  # fmt: skip
         of = [each for each in clean if each.motion == motion]
         vain = [f"{each.rejected} of seed {each.seed}" for each in of if each.rejected]
         found.add_row(
@@ -192,3 +196,8 @@ def table(outcomes: Sequence[Outcome]) -> Table:
         f"{windows} windows, {1e3 * spent:.1f} ms of processor each, {spent / step:.3f} core"
     )
     return found
+
+
+def _describe_wrong(outcome: Outcome) -> str:
+    named = " + ".join(outcome.named) or "none"
+    return f"{outcome.effect} ({outcome.seed}): {outcome.verdict}, {named}"

@@ -49,6 +49,7 @@ RIGHT = {
     "map": {"measured": SITES, "within": CORNERS},
     "modulus": {"model": COMPARED.model, "indenter": "flat", "radius": 1e-3},
     "mujoco_contact": {"contact": FELT, "model": "none.xml", "tip": "tip", "tissue": "tissue"},
+    "mujoco_joint": {"model": COMPARED.model, "class_name": "axis"},
     "preview": {"path": "none.csv"},
     "promises": {"measured": MEASURED, **STATED},
     "read": READ,

@@ -119,6 +119,9 @@ def test_improve_leaves_model_pictures_and_report_and_the_held_out_error_falls(
     assert set(files) == {"model.yaml", "report.html", *pictures}
     model = yaml.safe_load(files["model.yaml"].read_text())
     assert [each["name"] for each in model["effects"]] == [HIDDEN]
+    way = tp.read(tmp_path / "data.csv", force_polarity="compression").parts[0].recording.position
+    assert (model["data"]["lowest"], model["data"]["highest"]) == (way.min(), way.max())
+    assert 0.0 < model["data"]["fastest"] < 1.0
     for name in pictures:
         assert files[name].read_bytes().startswith(b"\x89PNG")
     page = files["report.html"].read_text(encoding="utf-8")

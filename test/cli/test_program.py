@@ -16,7 +16,7 @@ from tissue_probe.estimation import ESTIMATORS, EstimatorSettings
 COMMANDS = [
     *("demo", "estimate", "estimators", "map", "info", "export", "excitation", "reproduce"),
     *("compare", "diagnose", "improve", "effects", "sensor", "contact", "admittance", "mujoco"),
-    *("modulus", "workbench"),
+    *("joint", "modulus", "workbench"),
     *("challenge", "calibrate", "study"),
 ]
 

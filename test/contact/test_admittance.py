@@ -164,3 +164,11 @@ def test_the_file_tells_the_error_of_the_model_the_range_and_the_margins():
 def test_gains_for_nothing_are_refused(changes, sentence):
     with pytest.raises(tp.TissueProbeError, match=sentence):
         tp.design_admittance(**{"contacts": contact(), **STATED, **changes})
+
+
+def test_what_is_made_of_a_contact_that_is_not_adequate_says_so():
+    assert "do not rely" not in tp.design_admittance(contact(), **STATED).text
+    both = [contact(verdict="missing"), contact(verdict="cannot tell"), contact()]
+    told = tp.design_admittance(both, **STATED).text
+    assert "the force has something that a spring and a damper do not make: do not rely" in told
+    assert "this motion tells too little: do not rely" in told

@@ -2,11 +2,17 @@
 
 from __future__ import annotations
 
+import numpy as np
 import pytest
 from hidden import EXACT, TOLERANT, challenge, library, measurement
 
+from tissue_probe.challenge.case import Case
+from tissue_probe.challenge.instrument import CHALLENGE_RATE, FORCE_NOISE, InstrumentErrors
+from tissue_probe.challenge.specimen import Specimen
+from tissue_probe.challenge.trajectory import Trajectory
 from tissue_probe.diagnosis import diagnosis
 from tissue_probe.diagnosis.advice.visibility import SEEN, unseen, visibilities
+from tissue_probe.diagnosis.observation.measurement import Measurement
 from tissue_probe.diagnosis.ranking.candidates import fit_base, fit_candidates
 from tissue_probe.physics.composition import Composition
 
@@ -66,3 +72,17 @@ def test_beside_what_is_missing_the_answer_lists_what_could_not_be_seen():
     assert (found.verdict, found.effects) == ("missing", ("mains_hum",))
     assert found.unseen == ("force_bias",)
     assert found.suggestion is None
+
+
+def test_an_effect_that_the_samples_speak_for_is_unseen_where_the_residual_is_noise():
+    """A delay, for which the damping and the rig's tolerances make up so far that noise is left."""
+    case = Case(
+        Specimen(stiffness=540.0, damping=2.6),
+        InstrumentErrors(delay=0.2e-3),
+        Trajectory("sine10", 1e-3, 3.0),
+    ).press_in(2e-3)
+    noise = FORCE_NOISE * np.random.default_rng(7).standard_normal(case.samples)
+    late = Measurement(*case.measure(noise), 1.0 / CHALLENGE_RATE, at_rest=True)
+    found = diagnosis.diagnose(PLAIN, [late], TOLERANT, library("channel_delay", "mains_hum"))
+    assert found.verdict == "adequate"
+    assert found.unseen == ("channel_delay",)

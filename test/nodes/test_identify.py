@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import signal
 from contextlib import suppress
 from pathlib import Path
@@ -11,6 +12,7 @@ import pytest
 from action_msgs.msg import GoalStatus
 from lifecycle_msgs.msg import State, Transition
 from rcl_interfaces.srv import GetParameters
+from std_msgs.msg import String
 from std_srvs.srv import Trigger
 
 import tissue_probe
@@ -19,12 +21,14 @@ from conftest import (
     activate,
     ask,
     change_state,
+    collect,
     driver,
     set_parameter,
     site_publisher,
     stage_on_tissue,
     state_of,
 )
+from tissue_probe.nodes.qos import LATCHED, LOANS
 from tissue_probe.nodes.remote_driver import RemoteDriver
 from tissue_probe.nodes.session import NodeProcess
 from tissue_probe.physics.composition import Composition
@@ -78,6 +82,12 @@ def wait_for_samples(running, work: Acting) -> None:
     running.wait_until(
         lambda: any(each.doing.startswith("records, 1") for each in work.feedback), "samples"
     )
+
+
+def children(pid: int) -> list[int]:
+    """The processes that a process has started and that run."""
+    found = [each.read_text().split() for each in Path(f"/proc/{pid}/task").glob("*/children")]
+    return [int(child) for each in found for child in each]
 
 
 def hidden_model(path: Path, effect: str) -> Path:
@@ -168,6 +178,75 @@ def test_a_coil_that_somebody_has_stopped_meanwhile_stays_at_zero(session):
     with remote.excite(remote.look(wait), CHIRP, wait, wait):
         assert change_state(running, Transition.TRANSITION_DEACTIVATE)
     assert is_as_found(running, State.PRIMARY_STATE_INACTIVE)
+
+
+def test_a_diagnosis_that_is_killed_or_cancelled_ends_it_with_a_sentence(session, tmp_path):
+    running = session(probe(), stage_on_tissue(), identify(tmp_path))
+    activate(running)
+    identifying = running.processes["identify"].pid
+    endings = {
+        "killed": lambda work, pid: os.kill(pid, signal.SIGKILL),
+        "cancelled": lambda work, pid: work.handle.cancel_goal_async(),
+    }
+    for told, end in endings.items():
+        work = acting(running, goal())
+        running.wait_until(lambda: children(identifying), "the diagnosis", LONG)
+        (diagnosing,) = children(identifying)
+        end(work, diagnosing)
+        ended = work.result()
+        assert told in ended.result.message
+        assert ended.status in (GoalStatus.STATUS_ABORTED, GoalStatus.STATUS_CANCELED)
+        running.wait_until(lambda: not children(identifying), "the end of the diagnosis")
+        assert is_as_found(running, State.PRIMARY_STATE_ACTIVE)
+        (file,) = ended.result.recordings
+        assert len(tissue_probe.read(file)) > 4 * 1900
+
+
+@pytest.mark.parametrize("ending", [signal.SIGKILL, signal.SIGSTOP])
+def test_a_node_that_falls_silent_in_a_record_leaves_the_coil_at_zero(session, tmp_path, ending):
+    running = session(probe(), stage_on_tissue(), identify(tmp_path))
+    activate(running)
+    assert change_state(running, Transition.TRANSITION_DEACTIVATE)
+    faults = collect(running.node, String, "/probe/fault", LATCHED)
+    wait_for_samples(running, acting(running, goal()))
+    silent = running.processes.pop("identify")
+    try:
+        silent.send_signal(ending)
+        running.wait_until(lambda: faults and faults[-1].data, "the fault")
+        assert "changed the excitation for a record fell silent" in faults[-1].data
+        running.wait_until(lambda: is_as_found(running, State.PRIMARY_STATE_INACTIVE), "the driver")
+    finally:
+        silent.kill()
+        silent.wait()
+
+
+def test_an_excitation_whose_borrower_falls_silent_is_put_back_by_the_driver(session):
+    running = session(probe(), stage_on_tissue())
+    activate(running)
+    faults = collect(running.node, String, "/probe/fault", LATCHED)
+    remote = RemoteDriver(running.node, "driver")
+
+    def wait(condition) -> None:
+        running.wait_until(condition, "the driver")
+
+    with remote.excite(remote.look(wait), CHIRP, wait, wait):
+        assert excitation_of(running)["kind"] == "chirp"
+        running.wait_until(lambda: faults and faults[-1].data, "the fault")
+        running.wait_until(lambda: is_as_found(running, State.PRIMARY_STATE_INACTIVE), "the driver")
+    assert is_as_found(running, State.PRIMARY_STATE_INACTIVE)
+
+
+def test_what_is_no_excitation_is_not_put_back(session):
+    running = session(probe(), stage_on_tissue())
+    activate(running)
+    loans = running.node.create_publisher(String, "excitation_loan", LOANS)
+    running.wait_until(loans.get_subscription_count, "the driver")
+    for content in ("chirp", '{"kind": "none"}', '{"kind": "chirp", "start": 9, "stop": 9}'):
+        loans.publish(String(data=content))
+        said = f"is no excitation, and is passed over: {content!r}"
+        running.wait_until(lambda said=said: said in running.log("driver"), "the log")
+    running.node.destroy_publisher(loans)
+    assert is_as_found(running, State.PRIMARY_STATE_ACTIVE)
 
 
 def test_a_fault_of_the_driver_ends_it_and_the_coil_stays_at_zero(session, tmp_path):

@@ -86,6 +86,11 @@ def test_a_fit_that_did_not_settle_is_known_by_its_file_and_an_old_file_settled(
     del content["data"]["converged"]
     path.write_text(yaml.safe_dump(content))
     assert load(path).data.converged
+    content["data"]["fastest"] = "very"
+    path.write_text(yaml.safe_dump(content))
+    with pytest.raises(ModelFileError, match=r"data.fastest is 'very': give a number of 0 or more"):
+        load(path)
+    del content["data"]["fastest"]
     content["data"]["converged"] = "perhaps"
     path.write_text(yaml.safe_dump(content))
     with pytest.raises(ModelFileError, match=r"data\.converged is 'perhaps': give true or false"):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -90,6 +91,9 @@ def test_a_tip_with_corners_is_told_to_touch_in_several_points(tmp_path):
     )
     made = tp.mujoco_contact(CONTACT, model, tip="tip", tissue="tissue")
     assert "several points" in made.text
+    doubtful = replace(CONTACT, verdict="missing")
+    assert "do not rely" in tp.mujoco_contact(doubtful, model, tip="tip", tissue="tissue").xml
+    assert "do not rely" not in made.xml
 
 
 BOTH_FIXED = """

@@ -58,15 +58,18 @@ class AdmittanceResult(Alike):
         The admittance and its margins.
     yaml : str
         The controller's parameters, with contacts and margins as comments.
+    doubts : tuple of str
+        Why contacts may not be as they say, in sentences.
     """
 
     gains: gains_of.Gains
     yaml: str
+    doubts: tuple[str, ...] = ()
 
     @property
     def text(self) -> str:
         """The answer in words."""
-        return "\n".join(self.gains.notes)
+        return "\n".join([*self.gains.notes, *self.doubts])
 
     def __repr__(self) -> str:
         return self.text
@@ -146,7 +149,8 @@ def design_admittance(
     highest = 0.0 if stiffest is None else find_stiffest("stiffest", stiffest)
     gains = gains_of.design(tissues, begun, gain_margin, math.radians(phase_margin), highest)
     written = gains_of.text(gains, tissues, gains.parameters(axes, frame, node))
-    return AdmittanceResult(gains, written)
+    doubts = dict.fromkeys(each.doubt for each in tissues if each.doubt)
+    return AdmittanceResult(gains, written, tuple(doubts))
 
 
 @dataclass(frozen=True, eq=False, repr=False)

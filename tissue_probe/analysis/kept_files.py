@@ -87,6 +87,7 @@ def write_shape(result: DiagnosisResult, folder: Path) -> None:
 def make_kept_model(result: DiagnosisResult) -> FittedModel:
     """Return the last model of the ladder, with the recordings that it was fitted to."""
     final = result.found.ladder.final
+    ways = [each.position for each in final.measurements]
     data = Data(
         files=tuple(
             DataFile(name=Path(part.name).name, sha256=part.digest())
@@ -97,6 +98,9 @@ def make_kept_model(result: DiagnosisResult) -> FittedModel:
         rmse_training=final.rmse,
         rmse_heldout=result.found.heldout(final),
         converged=final.converged,
+        lowest=min(float(way.min()) for way in ways),
+        highest=max(float(way.max()) for way in ways),
+        fastest=max(each.extent.speed for each in final.measurements),
     )
     return fit_shown.model_of(final, result.asked.model.effect_files, data)
 

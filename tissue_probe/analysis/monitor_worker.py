@@ -1,17 +1,13 @@
 """A diagnosis in a process of its own: ``python -m tissue_probe.analysis.monitor_worker``.
 
-A pickled ``Question`` or ``RecordsQuestion`` comes in on standard input, a pickled ``Verdict`` or
-``RecordsVerdict``, or the sentence why there is none, goes out on standard output; then the process
-ends.
+A ``Question`` or ``RecordsQuestion`` comes in, a ``Verdict`` or ``RecordsVerdict``, or the sentence
+why there is none, goes out, as ``side_answer`` has it.
 
 Contents: the process, and the answers to both questions.
 """
 
 from __future__ import annotations
 
-import pickle
-import signal
-import sys
 import tempfile
 from dataclasses import replace
 from pathlib import Path
@@ -19,11 +15,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from tissue_probe.errors import TissueProbeError
+from tissue_probe import side_answer
 from tissue_probe.monitoring.experiments import find_possible_experiments, measure_coil_response
 from tissue_probe.monitoring.identification import RecordsQuestion, RecordsVerdict
 from tissue_probe.monitoring.question import Question, Verdict
-from tissue_probe.one_line import sentence
 from tissue_probe.physics.rigs import RIGS
 from tissue_probe.signals import FloatArray
 
@@ -35,17 +30,11 @@ if TYPE_CHECKING:
 WORTH_TELLING = 0.01
 
 
-def main() -> None:
-    """Answer one question."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # meant for who asks
-    question = pickle.load(sys.stdin.buffer)
-    answer: Verdict | str
-    try:
-        several = isinstance(question, RecordsQuestion)
-        answer = answer_records(question) if several else answer_question(question)
-    except (TissueProbeError, OSError) as error:
-        answer = sentence(error)
-    pickle.dump(answer, sys.stdout.buffer)
+def answer(question: Question | RecordsQuestion, say: side_answer.Say) -> Verdict:
+    """Answer either question, without a word before."""
+    if isinstance(question, RecordsQuestion):
+        return answer_records(question)
+    return answer_question(question)
 
 
 def answer_question(question: Question) -> Verdict:
@@ -138,4 +127,4 @@ def _tell(found: DiagnosisResult) -> dict[str, Any]:
 
 
 if __name__ == "__main__":
-    main()
+    side_answer.answer_question(answer)

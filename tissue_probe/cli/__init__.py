@@ -25,6 +25,7 @@ from tissue_probe.cli.excitation import excitation
 from tissue_probe.cli.export import export
 from tissue_probe.cli.improve import improve
 from tissue_probe.cli.info import info
+from tissue_probe.cli.joint import joint
 from tissue_probe.cli.map import map_command
 from tissue_probe.cli.modulus import modulus
 from tissue_probe.cli.mujoco import mujoco
@@ -60,6 +61,7 @@ app.command()(sensor)
 app.command()(contact)
 app.command()(admittance)
 app.command()(mujoco)
+app.command()(joint)
 app.command()(modulus)
 app.command()(workbench)
 app.add_typer(challenge, name="challenge")

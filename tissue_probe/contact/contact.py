@@ -95,6 +95,13 @@ class Contact(Alike):
             f"{engineering(self.fastest, 'm/s')}, from {self.slow:.3g} to {self.fast:.3g} Hz",
         ]
 
+    @property
+    def doubt(self) -> str:
+        """Why what is made of it may be wrong, in a sentence; empty where it is adequate."""
+        if self.verdict == "adequate":
+            return ""
+        return f"the contact's verdict is {VERDICTS[self.verdict]}: do not rely on its numbers"
+
     def text(self) -> str:
         """Return the file's text."""
         plain = {name: _rounded(value) for name, value in asdict(self).items()}

@@ -185,7 +185,7 @@ def _touch(model: Any, geoms: list[int]) -> tuple[int, tuple[float, ...]]:
 
 
 def _notes(mujoco: Any, model: Any, tip: int, contact: Contact) -> tuple[str, ...]:
-    notes = []
+    notes = [contact.doubt] if contact.doubt else []
     if int(model.geom_type[tip]) not in (
         int(mujoco.mjtGeom.mjGEOM_SPHERE),
         int(mujoco.mjtGeom.mjGEOM_ELLIPSOID),

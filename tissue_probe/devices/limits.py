@@ -98,7 +98,8 @@ class Limits(BaseModel):
     palpation_timeout: float = setting(
         PALPATION_LEASE,
         "s",
-        "longest silence of the scan node from a site's APPROACH to LIFTED",
+        "longest silence of the scan node from a site's APPROACH to LIFTED, and of the node "
+        "identify while the excitation is changed for a record",
         ge=PALPATION_LEASE,
         le=5.0,
     )

@@ -24,6 +24,7 @@ from tissue_probe.diagnosis.advice.separation import (
 )
 from tissue_probe.diagnosis.advice.visibility import unseen
 from tissue_probe.diagnosis.evidence.conclusion import Ladder, Verdict
+from tissue_probe.diagnosis.evidence.posterior import favoured_effects
 from tissue_probe.diagnosis.fit_checks import check_fit, check_held_out
 from tissue_probe.diagnosis.fitting.accuracy import widen_covariance
 from tissue_probe.diagnosis.fitting.fit import Fit
@@ -277,8 +278,9 @@ def _unseen(ladder: Ladder, asked: Prepared, instrument: Instrument) -> tuple[st
         return ()
     tried = ladder.ranking if ladder.verdict == "adequate" else ()
     hidden = unseen(ladder.final, asked.library, instrument, asked.composition, tried)
+    favoured = favoured_effects(ladder.final, tried)
     named = {name for each in ladder.alternatives for name in each}
-    return tuple(name for name in hidden if name not in named)
+    return tuple(name for name in dict.fromkeys([*hidden, *favoured]) if name not in named)
 
 
 def _hidden_first(ladder: Ladder, hidden: Sequence[str]) -> Ladder:

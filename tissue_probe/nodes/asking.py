@@ -110,11 +110,8 @@ def ask(node: Node, kind: Any, service: str, request: Any, wait: Wait) -> Any:
         node.destroy_client(client)
 
 
-def change_state(node: Node, target: str, transition: int, wait: Wait) -> bool:
-    """Ask a lifecycle node for a transition, and return whether it was made.
-
-    A second request is refused where the first one was heard and its answer lost: the state that
-    the node is in then tells.
+class Lifecycle:
+    """A lifecycle node of another process: its state, and transitions.
 
     Parameters
     ----------
@@ -122,24 +119,51 @@ def change_state(node: Node, target: str, transition: int, wait: Wait) -> bool:
         Asks.
     target : str
         The lifecycle node's name.
-    transition : int
-        One of those in ``ENDS_IN``.
-    wait : callable
-        As for ``ask``.
     """
-    client = node.create_client(ChangeState, f"{target}/change_state")
-    try:
+
+    def __init__(self, node: Node, target: str) -> None:
+        self._node = node
+        self._getter = node.create_client(GetState, f"{target}/get_state")
+        self._changer = node.create_client(ChangeState, f"{target}/change_state")
+
+    def close(self) -> None:
+        """Let go of the clients."""
+        for client in (self._getter, self._changer):
+            self._node.destroy_client(client)
+
+    def state(self, wait: Wait) -> int:
+        """Return the state, one of the constants of ``State``; ``wait`` as for ``ask``."""
+        question = to_service(self._getter, GetState.Request())
+        wait(question.is_answered)
+        return int(question.answer().current_state.id)
+
+    def change(self, transition: int, wait: Wait) -> bool:
+        """Ask for a transition, one of those in ``ENDS_IN``; return whether it was made.
+
+        A second request is refused where the first one was heard and its answer lost: the state
+        that the node is in then tells.
+        """
         request = ChangeState.Request(transition=Transition(id=transition))
-        question = to_service(client, request)
+        question = to_service(self._changer, request)
         wait(question.is_answered)
         if question.answer().success or not question.is_repeated:
             return bool(question.answer().success)
+        return bool(self.state(wait) == ENDS_IN[transition])
+
+
+def change_state(node: Node, target: str, transition: int, wait: Wait) -> bool:
+    """Ask a lifecycle node for a transition once, as ``Lifecycle.change``."""
+    asked = Lifecycle(node, target)
+    try:
+        return asked.change(transition, wait)
     finally:
-        node.destroy_client(client)
-    return bool(state_of(node, target, wait) == ENDS_IN[transition])
+        asked.close()
 
 
 def state_of(node: Node, target: str, wait: Wait) -> int:
-    """Return the state of a lifecycle node, one of the constants of ``State``; as for ``ask``."""
-    answer = ask(node, GetState, f"{target}/get_state", GetState.Request(), wait)
-    return int(answer.current_state.id)
+    """Return the state of a lifecycle node once, as ``Lifecycle.state``."""
+    asked = Lifecycle(node, target)
+    try:
+        return asked.state(wait)
+    finally:
+        asked.close()

@@ -32,6 +32,7 @@ from tissue_probe.nodes.emergency_stop import EmergencyStop
 from tissue_probe.nodes.hearing import DISCOVERY_TIME, Hearing
 from tissue_probe.nodes.inbox import Inbox
 from tissue_probe.nodes.lifecycle import SturdyLifecycleNode
+from tissue_probe.nodes.loan_watch import LoanWatch
 from tissue_probe.nodes.parameters import declare, follow_changes, read
 from tissue_probe.nodes.process import run
 from tissue_probe.nodes.qos import BLOCKS, POSES
@@ -169,6 +170,9 @@ class Driver(SturdyLifecycleNode):
         )
         patience = read(self, Limits, "limits.").palpation_timeout
         self._scan_watch = ScanWatch(self, patience, self._on_silent_scan)
+        #: An excitation that was changed for a record by a node that is silent.
+        self._owed: ExcitationSettings | None = None
+        self._loan_watch = LoanWatch(self, ExcitationSettings, patience, self._on_silent_borrower)
         self._rate = Rate()
         self._diagnostics = Diagnostics(self, self._examine)
         every(0.05, self, self._deactivate_after_fault)
@@ -245,6 +249,7 @@ class Driver(SturdyLifecycleNode):
     def on_deactivate(self, state: LifecycleState) -> TransitionCallbackReturn:
         """Put the coil at zero and end the samples."""
         self._stop()
+        self._put_excitation_back()
         self._hear_foreign_samples(False)
         self._crtk.publish()
         # The one who deactivates may end this process next.
@@ -336,6 +341,7 @@ class Driver(SturdyLifecycleNode):
     def _on_change(self) -> None:
         limits = read(self, Limits, "limits.")
         self._scan_watch.change_timeout(limits.palpation_timeout)
+        self._loan_watch.change_timeout(limits.palpation_timeout)
         if self._device is not None:
             self._device.change_limits(limits)
 
@@ -422,6 +428,24 @@ class Driver(SturdyLifecycleNode):
             self._trip(
                 f"{reason}; the coil is at zero, but the tip may rest in the tissue: lift it at "
                 "the robot before you reset"
+            )
+
+    def _on_silent_borrower(self, reason: str, lent: ExcitationSettings) -> None:
+        """Put the coil at zero, then the excitation back."""
+        self._owed = lent
+        if self._thread is not None:
+            self._trip(f"{reason}; the coil is at zero, and the excitation as it was before")
+        else:
+            self.get_logger().error(f"{reason}; the excitation is as it was before")
+            self._put_excitation_back()
+
+    def _put_excitation_back(self) -> None:
+        """Put back what is owed, while the coil is not driven."""
+        owed, self._owed = self._owed, None
+        if owed is not None:
+            values = owed.model_dump().items()
+            self.set_parameters_atomically(
+                [Parameter(f"excitation.{name}", value=value) for name, value in values]
             )
 
     def _refuse_after_fault(self) -> None:

@@ -35,7 +35,7 @@ from tissue_probe.monitoring.record_collector import RecordCollector
 from tissue_probe.monitoring.settings import HOUR, MonitorSettings, TestedModelSettings
 from tissue_probe.monitoring.tested_model import load_tested_model
 from tissue_probe.nodes.asking import Wait
-from tissue_probe.nodes.diagnosis_process import DiagnosisFailed, DiagnosisProcess
+from tissue_probe.nodes.diagnosis_process import start_diagnosis
 from tissue_probe.nodes.diagnostics import OK, Diagnostics, Health
 from tissue_probe.nodes.hearing import DISCOVERY_TIME, hear
 from tissue_probe.nodes.parameters import declare, read
@@ -100,7 +100,7 @@ class TimeSpent(Exception):
 
 
 #: Errors by which an identification ends with a sentence.
-FORESEEN = (IdentificationStopped, DriverUnwilling, DiagnosisFailed, TissueProbeError, OSError)
+FORESEEN = (IdentificationStopped, DriverUnwilling, TissueProbeError, OSError)
 
 
 class _Recording:
@@ -310,6 +310,7 @@ class IdentifyNode(Node):
         """Wait until a record is complete."""
         recording.heard = time.monotonic()
         while (record := recording.collector.record()) is None:
+            self._driver.show_alive()
             self._check(work)
             if recording.failure is not None:
                 raise IdentificationStopped(str(recording.failure))
@@ -330,12 +331,13 @@ class IdentifyNode(Node):
             self._model, work.records, bounds, work.asked.probability, settings.model,
             tuple(settings.effects),
         )  # fmt: skip
-        process = DiagnosisProcess(asked)
+        process = start_diagnosis(asked)
         try:
-            while (verdict := process.verdict()) is None:
+            while not process.has_said():
                 self._check(work)
                 self._tell(work, f"diagnoses {len(work.records)} records")
                 time.sleep(INTERVAL)
+            verdict = process.hear()
         finally:
             process.close()
         assert isinstance(verdict, RecordsVerdict), "records were asked about"

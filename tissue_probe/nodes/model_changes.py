@@ -12,8 +12,9 @@ from rclpy.node import Node
 from rclpy.parameter import Parameter
 
 from tissue_probe.errors import TissueProbeError
-from tissue_probe.nodes.model_process import ModelProcess, ModelRefused, ModelToCompile
+from tissue_probe.nodes.model_process import ModelToCompile, start_compiling
 from tissue_probe.nodes.parameters import follow_changes, read
+from tissue_probe.nodes.side_process import SideFailed, SideProcess
 from tissue_probe.nodes.timers import every
 from tissue_probe.one_line import sentence
 from tissue_probe.settings import Settings
@@ -62,8 +63,8 @@ class ModelChanges(Generic[Settings]):
         self._node, self._settings, self._ask, self._take = node, settings, ask, take
         self._in_force = read(node, settings)
         self._next = self._in_force
-        self._read: ModelProcess | None = None
-        self._under_way: ModelProcess | None = None
+        self._read: SideProcess | None = None
+        self._under_way: SideProcess | None = None
         self._is_putting_back = False
         self.failure = ""
         follow_changes(node, {"": settings}, self._on_change, examine=self._examine)
@@ -91,12 +92,19 @@ class ModelChanges(Generic[Settings]):
         """Say why a model cannot be taken; empty where it can."""
         if self._is_putting_back:
             return ""
-        process = ModelProcess(self._ask(settings))
+        process = start_compiling(self._ask(settings))
         try:
-            process.wait_until_read(PATIENCE)
-        except ModelRefused as error:
+            if not process.has_said(PATIENCE):
+                process.close()
+                return (
+                    f"the model was not read within {PATIENCE:g} s: the machine is too busy; ask "
+                    "again"
+                )
+            process.hear()
+        except SideFailed as error:
             process.close()
             return str(error)
+        process.lower()
         self._read = process
         return ""
 
@@ -111,11 +119,11 @@ class ModelChanges(Generic[Settings]):
     def _look(self) -> None:
         """Take a model that is compiled."""
         process = self._under_way
-        if process is None or not process.is_done():
+        if process is None or not process.has_said():
             return
         self._under_way = None
         try:
-            self._take(self._next, process.result())
+            self._take(self._next, process.hear())
         except TissueProbeError as error:
             self._put_back(error)
         else:

@@ -15,13 +15,14 @@ from tissue_probe.monitoring.settings import MonitorSettings
 from tissue_probe.monitoring.tested_model import TestedModelToCompile, load_tested_model
 from tissue_probe.monitoring.window_test import Tested
 from tissue_probe.nodes.conversions import to_time
-from tissue_probe.nodes.diagnosis_process import DiagnosisFailed, DiagnosisProcess
+from tissue_probe.nodes.diagnosis_process import start_diagnosis
 from tissue_probe.nodes.diagnostics import ERROR, OK, STALE, WARN, Diagnostics, Health, Rate
 from tissue_probe.nodes.model_changes import OF_MODEL, ModelChanges
 from tissue_probe.nodes.parameters import declare, read
 from tissue_probe.nodes.process import run
 from tissue_probe.nodes.qos import LATCHED
 from tissue_probe.nodes.sample_stream import SampleStream
+from tissue_probe.nodes.side_process import SideFailed, SideProcess
 from tissue_probe.nodes.timers import every
 from tissue_probe.one_line import sentence
 from tissue_probe.settings import SettingsError
@@ -66,7 +67,7 @@ class MonitorNode(Node):
         self._count = self._received = 0
         self._rate = Rate()
         self._suspect = self._is_known = False
-        self._process: DiagnosisProcess | None = None
+        self._process: SideProcess | None = None
         self._of: SampleBlock | None = None
         self._cause = ModelVerdict.TEST_FAILED
         self._failure = ""
@@ -157,18 +158,21 @@ class MonitorNode(Node):
         self._of, self._cause, self._is_known, self._failure = block, cause, True, ""
         settings = self._monitor.settings
         asked = question(self._monitor.model, block, settings.model, tuple(settings.effects))
-        self._process = DiagnosisProcess(asked)
+        self._process = start_diagnosis(asked)
 
-    def _take_verdict(self, process: DiagnosisProcess) -> None:
-        try:
-            verdict = process.verdict()
-        except DiagnosisFailed as error:
-            self._process, self._failure = None, str(error)
-            self.get_logger().error(f"no verdict: {error}")
-            return
-        if verdict is None or self._of is None:
+    def _take_verdict(self, process: SideProcess) -> None:
+        if not process.has_said():
             return
         self._process = None
+        try:
+            verdict = process.hear()
+        except SideFailed as error:
+            self._failure = str(error)
+            self.get_logger().error(f"no verdict: {error}")
+            return
+        finally:
+            process.close()
+        assert self._of is not None, "they were asked about"
         self._latest = verdict.text.partition("\n")[0]
         self.get_logger().info(self._latest)
         self._verdicts.publish(self._message(verdict, self._of))

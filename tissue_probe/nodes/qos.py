@@ -41,6 +41,15 @@ SCAN_ANNOUNCEMENTS = QoSProfile(
     liveliness_lease_duration=Duration(seconds=PALPATION_LEASE),
 )
 
+#: The latest word of a node on a loan of the excitation, with the same promise while it lasts.
+LOANS = QoSProfile(
+    depth=1,
+    reliability=ReliabilityPolicy.RELIABLE,
+    durability=DurabilityPolicy.TRANSIENT_LOCAL,
+    liveliness=LivelinessPolicy.MANUAL_BY_TOPIC,
+    liveliness_lease_duration=Duration(seconds=PALPATION_LEASE),
+)
+
 
 def watched_announcements(timeout: float) -> QoSProfile:
     """Return the watch's quality of service: the latest announcement, a sign in ``timeout`` [s].

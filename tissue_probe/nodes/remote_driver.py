@@ -2,22 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Any
 
 from lifecycle_msgs.msg import State, Transition
-from lifecycle_msgs.srv import ChangeState, GetState
 from rcl_interfaces.srv import GetParameters, SetParametersAtomically
 from rclpy.client import Client
 from rclpy.node import Node
 from rclpy.parameter import Parameter, parameter_value_to_python
+from std_msgs.msg import String
 
 from tissue_probe.devices.calibration import Calibration
 from tissue_probe.devices.limits import Limits
-from tissue_probe.nodes.asking import ENDS_IN, Question, Wait, to_service
+from tissue_probe.nodes.asking import Lifecycle, Wait, to_service
 from tissue_probe.nodes.driver import ExcitationSettings
+from tissue_probe.nodes.qos import LOANS
 from tissue_probe.settings import build
 
 READY = (State.PRIMARY_STATE_INACTIVE, State.PRIMARY_STATE_ACTIVE)
@@ -67,8 +68,8 @@ class RemoteDriver:
         self._setter = node.create_client(
             SetParametersAtomically, f"{name}/set_parameters_atomically"
         )
-        self._state = node.create_client(GetState, f"{name}/get_state")
-        self._changer = node.create_client(ChangeState, f"{name}/change_state")
+        self._lifecycle = Lifecycle(node, name)
+        self._loans = node.create_publisher(String, "excitation_loan", LOANS)
         self._stopped_here = False
 
     def look(self, wait: Wait) -> DriverState:
@@ -98,6 +99,9 @@ class RemoteDriver:
     ) -> Iterator[None]:
         """Drive the coil by an excitation; at any end put the driver back as it was found.
 
+        Who uses it must call ``show_alive`` several times in ``PALPATION_LEASE``: where that ceases
+        the driver puts the coil at zero and the excitation back by itself.
+
         Parameters
         ----------
         found : DriverState
@@ -117,11 +121,20 @@ class RemoteDriver:
             yield
             return
         self._stopped_here = False
+        lent = build(ExcitationSettings, dict(found.excitation)).model_dump_json()
+        # Unheard, the driver could not put it back if this process died.
+        wait(lambda: bool(self._loans.get_subscription_count()))
+        self._loans.publish(String(data=lent))
         try:
             self._change(found.active, {**found.excitation, **excitation}, True, wait)
             yield
         finally:
             self._put_back(found, put_back)
+            self._loans.publish(String())
+
+    def show_alive(self) -> None:
+        """Show the driver that this process is alive."""
+        self._loans.assert_liveliness()
 
     def _put_back(self, found: DriverState, wait: Wait) -> None:
         """Stop the coil, restore the excitation, activate again what was active.
@@ -144,28 +157,31 @@ class RemoteDriver:
             self._transit(Transition.TRANSITION_ACTIVATE, "activate", wait)
 
     def _transit(self, transition: int, word: str, wait: Wait) -> None:
-        asked = self._ask(
-            self._changer, ChangeState.Request(transition=Transition(id=transition)), wait
-        )
-        # A second request is refused where the first was heard and its answer lost.
-        done = asked.answer().success or (
-            asked.is_repeated and self._look_state(wait) == ENDS_IN[transition]
-        )
-        if not done:
+        if not self._lifecycle.change(transition, self._show_alive_while(wait)):
             raise DriverUnwilling(f"the driver did not {word}: its log says why")
 
     def _look_state(self, wait: Wait) -> int:
-        return int(self._ask(self._state, GetState.Request(), wait).answer().current_state.id)
+        return self._lifecycle.state(self._show_alive_while(wait))
 
-    def _ask(self, client: Client, request: Any, wait: Wait) -> Question:
-        """Return a question that is answered; all of them may be heard twice."""
+    def _ask(self, client: Client, request: Any, wait: Wait) -> Any:
+        """Return the answer of a service, which may hear the request twice."""
         question = to_service(client, request)
-        wait(question.is_answered)
-        return question
+        self._show_alive_while(wait)(question.is_answered)
+        return question.answer()
+
+    def _show_alive_while(self, wait: Wait) -> Wait:
+        def wait_alive(condition: Callable[[], bool]) -> None:
+            def is_met() -> bool:
+                self.show_alive()
+                return condition()
+
+            wait(is_met)
+
+        return wait_alive
 
     def _read(self, prefix: str, names: list[str], wait: Wait) -> dict[str, Any]:
         request = GetParameters.Request(names=[prefix + name for name in names])
-        answer = self._ask(self._getter, request, wait).answer()
+        answer = self._ask(self._getter, request, wait)
         values = map(parameter_value_to_python, answer.values)
         return dict(zip(names, values, strict=True))
 
@@ -175,6 +191,6 @@ class RemoteDriver:
             for name, value in excitation.items()
         ]
         request = SetParametersAtomically.Request(parameters=parameters)
-        answer = self._ask(self._setter, request, wait).answer().result
+        answer = self._ask(self._setter, request, wait).result
         if not answer.successful:
             raise DriverUnwilling(f"the driver refuses the excitation: {answer.reason}")

@@ -2,10 +2,9 @@
 
 The driver puts the coil at zero where it does not, and the mapper ends the dwell.
 
-A scan node asserts the liveliness of its announcements (DDS: manual by topic) from the loop that
-moves the probe. DDS tells here that it ceased, whether its process died, was stopped, or its loop
-hangs. A palpation without announced sites is not watched, nor one that announces them without that
-promise: a replay, for one, which holds no probe.
+A scan node shows it on its announcements, from the loop that moves the probe (`lease`). A palpation
+without announced sites is not watched, nor one that announces them without that promise: a replay,
+for one, which holds no probe.
 """
 
 from __future__ import annotations
@@ -13,18 +12,13 @@ from __future__ import annotations
 import time
 from collections.abc import Callable
 
-from rclpy.event_handler import (
-    QoSLivelinessChangedInfo,
-    QoSRequestedIncompatibleQoSInfo,
-    SubscriptionEventCallbacks,
-)
+from rclpy.event_handler import QoSRequestedIncompatibleQoSInfo
 from rclpy.node import Node
 from rclpy.qos import LivelinessPolicy
-from rclpy.subscription import Subscription
 from rclpy.topic_endpoint_info import TopicEndpointInfo
 
 from tissue_probe.nodes.hearing import node_name
-from tissue_probe.nodes.qos import watched_announcements
+from tissue_probe.nodes.lease import Lease
 from tissue_probe.nodes.timers import every
 from tissue_probe_msgs.msg import PalpationSite
 
@@ -56,42 +50,19 @@ class ScanWatch:
         self._node = node
         self._on_silence = on_silence
         self._announced: PalpationSite | None = None
-        self._subscriptions: list[Subscription] = []
-        self._timeout = timeout
-        self._subscribe()
+        self._lease = Lease(
+            node,
+            PalpationSite,
+            "palpation_site",
+            timeout,
+            self._on_site,
+            self._on_loss,
+            self._on_no_promise,
+        )
 
     def change_timeout(self, timeout: float) -> None:
         """Allow another silence [s] from now on; a scan under way stays watched."""
-        if timeout != self._timeout:
-            self._timeout = timeout
-            self._subscribe()
-
-    def _subscribe(self) -> None:
-        """Ask for the present timeout: a subscription's own cannot be changed.
-
-        The one before watches on until the new one has found a scan that is alive.
-        """
-
-        def on_liveliness(event: QoSLivelinessChangedInfo) -> None:
-            if event.alive_count_change > 0:
-                self._forget_before(subscription)
-            elif event.alive_count_change < 0:
-                self._on_loss()
-
-        subscription = self._node.create_subscription(
-            PalpationSite,
-            "palpation_site",
-            self._on_site,
-            watched_announcements(self._timeout),
-            event_callbacks=SubscriptionEventCallbacks(
-                liveliness=on_liveliness, incompatible_qos=self._on_no_promise
-            ),
-        )
-        self._subscriptions.append(subscription)
-
-    def _forget_before(self, subscription: Subscription) -> None:
-        while subscription in self._subscriptions[1:]:
-            self._node.destroy_subscription(self._subscriptions.pop(0))
+        self._lease.change_timeout(timeout)
 
     def _on_site(self, message: PalpationSite) -> None:
         self._announced = message if message.phase in DOING else None
@@ -102,12 +73,12 @@ class ScanWatch:
         site, self._announced = self._announced, None
         self._on_silence(
             f"the scan node fell silent {DOING[site.phase]} site {site.site}: it died, hangs (for "
-            f"{self._timeout:g} s), or ended without having lifted the probe"
+            f"{self._lease.timeout:g} s), or ended without having lifted the probe"
         )
 
     def _on_no_promise(self, event: QoSRequestedIncompatibleQoSInfo) -> None:
         """Warn of who announces without the promise, once the graph knows whose publisher it is."""
-        topic = self._subscriptions[-1].topic_name
+        topic = self._lease.topic_name
         last = time.monotonic() + NAMED_WITHIN
 
         def warn() -> None:
@@ -119,8 +90,9 @@ class ScanWatch:
             self._node.destroy_timer(timer)
             self._node.get_logger().warning(
                 f"{', '.join(filter(None, names)) or 'a node'} announces sites on {topic} without "
-                f"the promise to show within {self._timeout:g} s that it is alive (DDS liveliness, "
-                "manual by topic): if it moves a probe, it is not noticed here when it dies"
+                f"the promise to show within {self._lease.timeout:g} s that it is alive (DDS "
+                "liveliness, manual by topic): if it moves a probe, it is not noticed here when it "
+                "dies"
             )
 
         timer = every(0.1, self._node, warn)
@@ -129,4 +101,6 @@ class ScanWatch:
         """Whether a publisher shows by itself, soon enough, that it is alive."""
         qos = info.qos_profile
         by_itself = qos.liveliness == LivelinessPolicy.MANUAL_BY_TOPIC
-        return bool(by_itself and qos.liveliness_lease_duration.nanoseconds <= self._timeout * 1e9)
+        return bool(
+            by_itself and qos.liveliness_lease_duration.nanoseconds <= self._lease.timeout * 1e9
+        )

@@ -103,6 +103,9 @@ class Data(_FileEntry):
     rmse_training: float = setting(..., "", "error on the fitted samples", ge=0.0)
     rmse_heldout: float = setting(..., "", "error on held-out samples", ge=0.0)
     converged: bool = setting(True, "", "whether the search for the numbers settled")
+    lowest: float | None = setting(None, "m", "lowest position of the fitted samples")
+    highest: float | None = setting(None, "m", "highest position of the fitted samples")
+    fastest: float | None = setting(None, "m/s", "speed that 99 % of them do not exceed", ge=0.0)
 
     @staticmethod
     def of(
@@ -421,6 +424,9 @@ _WANTED = {
     "files": "a list of files, each with name and sha256",
     "date": "a day such as 2026-11-20",
     "converged": "true or false",
+    "lowest": "a number [m]",
+    "highest": "a number [m]",
+    "fastest": "a number of 0 or more [m/s]",
 }
 
 

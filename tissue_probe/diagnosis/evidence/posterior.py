@@ -163,6 +163,28 @@ def evidence(fit: Fit, base: Fit) -> float:
     return -0.5 * fit.misfit + thought_of(fit, base)
 
 
+def favoured_effects(base: Fit, fits: Iterable[Fit]) -> tuple[str, ...]:
+    """Name effects that may be there although the residual without them is noise.
+
+    The tests of a residual look for anything, so a known effect must leave more to be found by them
+    than its own evidence needs. The samples do not show it then, but they speak for it: these are
+    the effects that a set of models would have in it if one of them were missing.
+
+    Parameters
+    ----------
+    base : Fit
+        The model, which leaves noise only.
+    fits : iterable of Fit
+        It with one effect more each.
+    """
+    known = evidence(base, base)
+    more = [(evidence(fit, base) - known, fit) for fit in fits if np.isfinite(fit.bic)]
+    best = max((gain for gain, _ in more), default=0.0)
+    return tuple(
+        name for gain, fit in more if gain > max(RIVAL, best - RIVAL) for name in _names(fit, base)
+    )
+
+
 def promised_evidence(fit: Fit, effect: Effect, cost: float, base: Fit) -> float:
     """Return the evidence of a model with one effect more, if it left a cost.
 
