@@ -24,7 +24,7 @@ from rclpy.qos import QoSProfile
 from tissue_probe.errors import TissueProbeError
 from tissue_probe.nodes.asking import ask, to_action
 from tissue_probe.nodes.conversions import from_time
-from tissue_probe.nodes.qos import BLOCKS, LATCHED
+from tissue_probe.nodes.qos import LATCHED, SAMPLE_BLOCKS
 from tissue_probe.nodes.session import NodeProcess, Session, SessionError
 from tissue_probe.physics.composition import Composition
 from tissue_probe.physics.library import effects
@@ -170,7 +170,7 @@ def identify(session: Session, records: int) -> Identify.Result:
 def change_model(session: Session, model: Path) -> tuple[Innovations, Innovations]:
     """Let the estimator take a model while it runs; return the innovations before and after."""
     heard: list[TissueEstimate] = []
-    qos = QoSProfile(depth=BLOCKS.depth, reliability=BLOCKS.reliability)
+    qos = QoSProfile(depth=SAMPLE_BLOCKS.depth, reliability=SAMPLE_BLOCKS.reliability)
     session.node.create_subscription(TissueEstimate, f"{ESTIMATOR}/estimate", heard.append, qos)
     session.wait_until(lambda: _span(heard) > COMPARED, "estimates", PATIENCE)
     old = heard[0].model

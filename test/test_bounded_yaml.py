@@ -11,7 +11,7 @@ import yaml
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from tissue_probe.bounded_yaml import DEPTH, LONGEST_YAML, YamlError, parse, read
+from tissue_probe.bounded_yaml import DEEPEST_YAML, LONGEST_YAML, YamlError, parse, read
 
 plain = st.recursive(
     st.none() | st.booleans() | st.integers(-(2**63), 2**63) | st.floats(allow_nan=False)
@@ -67,10 +67,13 @@ BEYOND = {
     ),
     "merged mappings": (merges(), "characters with its aliases written out"),
     "a list that holds itself": ("a: &a [1, *a]", r"holds itself: \*a \(line 1\)"),
-    "a flow nested deeply": ((DEPTH + 1) * "[" + (DEPTH + 1) * "]", "nested more than"),
+    "a flow nested deeply": (
+        (DEEPEST_YAML + 1) * "[" + (DEEPEST_YAML + 1) * "]",
+        "nested more than",
+    ),
     "a hundred thousand brackets": (100_000 * "[", "is not YAML"),
     "a block nested deeply": (
-        "\n".join(n * " " + "a:" for n in range(DEPTH + 1)), "levels deep .line 51"
+        "\n".join(n * " " + "a:" for n in range(DEEPEST_YAML + 1)), "levels deep .line 51"
     ),
     "too many characters": ((LONGEST_YAML + 1) * " ", f"more than {LONGEST_YAML} characters"),
     "a number without end": (":".join(100 * ["1"]), "more than 100 digits"),

@@ -21,7 +21,7 @@ from tissue_probe.errors import TissueProbeError
 LONGEST_YAML = 250_000
 #: Deepest nesting: the suite's deepest document has five levels, and a function that reads or
 #: prints one goes down by a few of the interpreter's 1000 calls a level.
-DEPTH = 50
+DEEPEST_YAML = 50
 #: Longest whole number [characters]: a stamp in ns has 19, and the time that longer ones take grows
 #: with the square.
 MOST_DIGITS = 100
@@ -138,8 +138,8 @@ def _measure(text: str) -> None:
         if isinstance(event, yaml.CollectionStartEvent):
             levels.append(_Level(event.anchor, isinstance(event, yaml.MappingStartEvent)))
             lengths[event.anchor] = None
-            if len(levels) > DEPTH + 1:
-                raise YamlError(f"is nested more than {DEPTH} levels deep (line {line})")
+            if len(levels) > DEEPEST_YAML + 1:
+                raise YamlError(f"is nested more than {DEEPEST_YAML} levels deep (line {line})")
         elif isinstance(event, yaml.CollectionEndEvent):
             level = levels.pop()
             lengths[level.anchor] = level.length

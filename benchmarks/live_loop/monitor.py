@@ -24,7 +24,7 @@ from tissue_probe.challenge.instrument import CHALLENGE_RATE
 from tissue_probe.challenge.simulator import LIBRARY, make_challenge
 from tissue_probe.challenge.trajectory import Trajectory
 from tissue_probe.monitoring.monitor import Monitor
-from tissue_probe.monitoring.question import Verdict, question
+from tissue_probe.monitoring.question import MonitorAnswer, question
 from tissue_probe.monitoring.settings import MonitorSettings
 from tissue_probe.signals import FloatArray
 
@@ -144,14 +144,14 @@ def _marked(
     )  # fmt: skip
 
 
-def diagnose_last(monitor: Monitor) -> Verdict:
+def diagnose_last(monitor: Monitor) -> MonitorAnswer:
     """Diagnose the last samples that a monitor has, as its node does on request."""
     block = monitor.last()
     assert block is not None, "the stream is longer than a window"
     return answer_question(question(monitor.model, block))
 
 
-def name_likely(verdict: Verdict) -> tuple[str, ...]:
+def name_likely(verdict: MonitorAnswer) -> tuple[str, ...]:
     """Name the effects that a verdict holds for missing.
 
     Where it is ambiguous these are all that it tells, else those that are rather missing than not.

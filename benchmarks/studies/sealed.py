@@ -14,7 +14,7 @@ from scipy.stats import binomtest
 
 import tissue_probe as tp
 from benchmarks.studies.recordings import ASKED, PATTERN, Laboratory
-from tissue_probe.studies.plan import Plan, recordings_of
+from tissue_probe.studies.plan import StudyPlan, recordings_of
 from tissue_probe.studies.spread import Interval, Spread, spread_of
 
 #: Sealed studies, of seeds that no test and no tuning used.
@@ -98,7 +98,7 @@ def _shrinkage() -> dict[str, float]:
         truths = SHORT.write(folder / "data", FIRST_SEED)
         recordings = recordings_of(str(folder / "data" / "*.csv"), PATTERN)
         question = {**ASKED, "settings": {"force_noise": SHORT.noise}}
-        found = tp.study(Plan(recordings, "estimate", question, folder / "answers"), workers=1)
+        found = tp.study(StudyPlan(recordings, "estimate", question, folder / "answers"), workers=1)
     true = np.array([truths[Path(row["path"]).name] for row in found.rows])
     alone = np.array([row["stiffness"] for row in found.rows]) - true
     borrowed = found.spread().borrowed - true

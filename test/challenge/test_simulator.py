@@ -12,7 +12,7 @@ from tissue_probe.challenge import make_challenge, series
 from tissue_probe.challenge.kelvin_voigt import fit_residual
 from tissue_probe.challenge.record import follow
 from tissue_probe.challenge.series import SHARES, all_show, deal, make_series
-from tissue_probe.challenge.simulator import EFFECTS, LIBRARY, HiddenTruth
+from tissue_probe.challenge.simulator import LIBRARY, SIMULATED_EFFECTS, HiddenTruth
 from tissue_probe.challenge.specimen import Specimen
 from tissue_probe.challenge.trajectory import DURATIONS
 
@@ -220,7 +220,7 @@ def test_a_mixture_has_every_kind():
     assert np.mean([len(effects) == 2 for effects in dealt]) == pytest.approx(0.15, abs=0.05)
     assert np.mean([not effects for effects in dealt]) == pytest.approx(0.1, abs=0.05)
     assert {name for effects in dealt for name in effects} >= {
-        name for name, effect in EFFECTS.items() if not effect.beside
+        name for name, effect in SIMULATED_EFFECTS.items() if not effect.beside
     }
     assert sum(SHARES.values()) == pytest.approx(1.0)
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from tissue_probe.challenge import EFFECTS, make_challenge
+from tissue_probe.challenge import SIMULATED_EFFECTS, make_challenge
 from tissue_probe.challenge.case import Case
 from tissue_probe.challenge.coil import PERFECT
 from tissue_probe.challenge.instrument import InstrumentErrors
@@ -27,9 +27,9 @@ def test_a_clean_recording_leaves_less_than_a_fiftieth_of_the_noise(kind, stiffn
     assert np.sqrt(np.mean(left**2)) < 1e-4
 
 
-@pytest.mark.parametrize("name", EFFECTS)
+@pytest.mark.parametrize("name", SIMULATED_EFFECTS)
 def test_an_effect_leaves_what_was_asked_for_as_far_as_it_can(name):
-    effect = EFFECTS[name]
+    effect = SIMULATED_EFFECTS[name]
     answer = make_challenge(5, (name,), "sine10", preload=2e-3).answer
     ratio, strength = answer.ratios[name], answer.strengths[name]
     at_an_end = np.isclose(strength, [effect.weakest, effect.strongest], rtol=1e-6).any()
@@ -62,7 +62,7 @@ ABSORBED = (
 def test_a_steady_sine_without_preload_lets_kelvin_voigt_absorb(name):
     answer = make_challenge(1, (name,), "sine10ss", preload=0.0, coil=PERFECT).answer
     assert answer.absorbed == (name,)
-    assert answer.strengths[name] == EFFECTS[name].typical
+    assert answer.strengths[name] == SIMULATED_EFFECTS[name].typical
     assert answer.ratio < 1.05
 
 

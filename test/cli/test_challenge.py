@@ -11,7 +11,7 @@ import pytest
 from typer.testing import CliRunner
 
 from tissue_probe import cli
-from tissue_probe.challenge import EFFECTS
+from tissue_probe.challenge import SIMULATED_EFFECTS
 from tissue_probe.physics import effects as library
 from tissue_probe.physics.composition import Composition
 from tissue_probe.physics.model_file import save
@@ -72,7 +72,12 @@ def test_a_single_recording_is_told_as_one(run):
 @pytest.mark.parametrize("ending", ["csv", "mcap"])
 def test_nothing_among_the_recordings_tells_the_answer(run, tmp_path, ending):
     run("challenge", "make", *SERIES, "made", "--format", ending, "--answers", "sealed.json")
-    words = [name.encode() for name in EFFECTS] + [b"stiffness", b"effect", b"seed", b"sine10"]
+    words = [name.encode() for name in SIMULATED_EFFECTS] + [
+        b"stiffness",
+        b"effect",
+        b"seed",
+        b"sine10",
+    ]
     for path in (tmp_path / "made").rglob("*"):
         content = path.read_bytes()
         assert not [word for word in words if word in content + path.name.encode()]

@@ -10,11 +10,11 @@ from hypothesis import strategies as st
 from tissue_probe.estimation import EstimatorSettings
 from tissue_probe.estimation.equations import Filter
 from tissue_probe.estimation.few_points import spread
-from tissue_probe.estimation.layout import Layout
+from tissue_probe.estimation.layout import StateLayout
 from tissue_probe.physics.rigs import OWN
 
 MODEL = OWN.compose(force_offset=True)
-LAYOUT = Layout(tuple(map(str, [*MODEL.states, *MODEL.parameters])))
+LAYOUT = StateLayout(tuple(map(str, [*MODEL.states, *MODEL.parameters])))
 CONSTANTS = LAYOUT.constants(EstimatorSettings(), 5e-4)
 UPPER = np.triu_indices(5)
 KAPPA = 2  # section III-C

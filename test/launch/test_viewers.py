@@ -22,7 +22,7 @@ from tissue_probe.estimation import ESTIMATORS
 from tissue_probe.nodes.driver import Driver
 from tissue_probe.nodes.estimator import EstimatorNode
 from tissue_probe.nodes.mapper import Mapper
-from tissue_probe.nodes.qos import ANNOUNCEMENTS, BLOCKS, LATCHED
+from tissue_probe.nodes.qos import ANNOUNCEMENTS, LATCHED, SAMPLE_BLOCKS
 from tissue_probe.nodes.scan import Scan
 from tissue_probe.nodes.stage import Stage
 from tissue_probe_msgs.msg import PalpationSite, TissueEstimate
@@ -163,7 +163,7 @@ def test_the_map_is_coloured_by_a_channel_of_the_cloud_in_the_frame_that_is_show
             site = PalpationSite(phase=phase)
             site.header.stamp.sec = stamp
             sites.publish(site)
-        estimates = mapper.create_publisher(TissueEstimate, "ekf/estimate", BLOCKS)
+        estimates = mapper.create_publisher(TissueEstimate, "ekf/estimate", SAMPLE_BLOCKS)
         estimate = TissueEstimate(estimator="ekf", status=TissueEstimate.CONVERGED)
         estimate.stiffness, estimate.stiffness_variance, estimate.damping_variance = 450.0, 1.0, 1.0
         estimate.header.stamp.sec, estimate.header.stamp.nanosec = 1, 500_000_000

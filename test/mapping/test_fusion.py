@@ -17,7 +17,7 @@ from tissue_probe.mapping.fusion import (
     inverse_variance_weights,
 )
 from tissue_probe.mapping.grid import Grid
-from tissue_probe.mapping.verdict import Verdict
+from tissue_probe.mapping.verdict import CellVerdict
 from tissue_probe.signals import TEXT, Leaving, PalpationSite, Phase, Status, TissueEstimates
 
 GRID = Grid((0.0, 0.0, 0.0), 0.01, rows=2, columns=3)
@@ -97,9 +97,9 @@ def test_an_estimate_lands_in_the_cell_under_the_tip_and_nowhere_else(site):
 
 
 REASONS = {
-    Status.CONVERGING: Verdict.NOT_CONVERGED,
-    Status.NO_CONTACT: Verdict.NO_CONTACT,
-    Status.MODEL_REJECTED: Verdict.MODEL_REJECTED,
+    Status.CONVERGING: CellVerdict.NOT_CONVERGED,
+    Status.NO_CONTACT: CellVerdict.NO_CONTACT,
+    Status.MODEL_REJECTED: CellVerdict.MODEL_REJECTED,
 }
 
 
@@ -126,34 +126,34 @@ def test_an_estimator_that_rejects_is_left_out_and_the_others_count():
     builder.add_one("ukf", Status.CONVERGED, estimate(stiffness=450.0))
     built = builder.map()
     assert built.stiffness[0, 0] == 450.0
-    assert built.verdict[0, 0] == Verdict.MEASURED
+    assert built.verdict[0, 0] == CellVerdict.MEASURED
 
 
 def test_a_disturbed_estimate_is_used_and_told():
     builder = dwelling()
     builder.add_one("ekf", Status.CONVERGED, estimate())
     builder.add_one("ukf", Status.DISTURBED, estimate())
-    assert builder.map().verdict[0, 0] == Verdict.DISTURBED
+    assert builder.map().verdict[0, 0] == CellVerdict.DISTURBED
     assert builder.map().stiffness[0, 0] == 450.0
 
 
 def test_a_cell_that_was_palpated_without_any_estimate_says_so_once_the_dwell_has_ended():
     builder = dwelling(begin=10)
-    assert builder.map().verdict[0, 0] == Verdict.NOT_PALPATED
+    assert builder.map().verdict[0, 0] == CellVerdict.NOT_PALPATED
     builder.announce(announcement(20, 0, Phase.LIFTED))
     built = builder.map()
-    assert built.verdict[0, 0] == Verdict.NO_ESTIMATE
+    assert built.verdict[0, 0] == CellVerdict.NO_ESTIMATE
     assert built.stamp == 20
-    assert (built.verdict.ravel()[1:] == Verdict.NOT_PALPATED).all()
+    assert (built.verdict.ravel()[1:] == CellVerdict.NOT_PALPATED).all()
 
 
 def test_the_gravest_reason_is_told_where_no_estimator_is_usable():
     builder = dwelling()
     builder.add_one("ekf", Status.NO_CONTACT, estimate())
-    assert builder.map().verdict[0, 0] == Verdict.NO_CONTACT
+    assert builder.map().verdict[0, 0] == CellVerdict.NO_CONTACT
     builder.add_one("robust_ekf", Status.MODEL_REJECTED, estimate())
     builder.add_one("ukf", Status.CONVERGING, estimate())
-    assert builder.map().verdict[0, 0] == Verdict.MODEL_REJECTED
+    assert builder.map().verdict[0, 0] == CellVerdict.MODEL_REJECTED
 
 
 def test_estimates_after_the_end_are_undone_when_the_end_is_heard_of_late():
@@ -227,7 +227,7 @@ def test_a_site_at_no_place_is_refused_and_changes_nothing(bad):
 def test_a_dwell_that_was_announced_ahead_and_never_came_leaves_no_trace():
     builder = dwelling(site=0, begin=100)
     builder.announce(announcement(50, 0, Phase.LIFTED))
-    assert builder.map().verdict[0, 0] == Verdict.NOT_PALPATED
+    assert builder.map().verdict[0, 0] == CellVerdict.NOT_PALPATED
 
 
 @pytest.mark.parametrize("status", [Status.NO_CONTACT, Status.MODEL_REJECTED])
@@ -433,10 +433,10 @@ def test_a_site_where_no_surface_was_found_is_a_visit_without_value(why):
     builder.announce(replace(announcement(5, 1, Phase.LIFTED), leaving=why))
     builder.add_one("ekf", Status.CONVERGED, estimate(5))
     (one,) = builder.results(under_way=False)
-    assert (one.site, one.verdict, one.leaving) == (1, Verdict.CONTACT_NOT_FOUND, why)
+    assert (one.site, one.verdict, one.leaving) == (1, CellVerdict.CONTACT_NOT_FOUND, why)
     assert math.isnan(one.stiffness)
     found = builder.map()
-    assert found.verdict[0, 1] == Verdict.CONTACT_NOT_FOUND
+    assert found.verdict[0, 1] == CellVerdict.CONTACT_NOT_FOUND
     assert not found.measured.any()
 
 
@@ -447,8 +447,8 @@ def test_a_place_whose_surface_was_not_found_again_keeps_the_value_before():
     builder.announce(replace(announcement(20, 1, Phase.LIFTED), leaving=Leaving.NO_CONTACT))
     assert builder.map().stiffness[0, 1] == 450.0
     assert [one.verdict for one in builder.results()] == [
-        Verdict.MEASURED,
-        Verdict.CONTACT_NOT_FOUND,
+        CellVerdict.MEASURED,
+        CellVerdict.CONTACT_NOT_FOUND,
     ]
 
 
@@ -547,4 +547,4 @@ def test_an_estimate_of_a_sample_that_is_not_known_says_nothing_of_the_site(one_
     builder.announce(announcement(10, 0, Phase.LIFTED))
     found = builder.map()
     assert not found.measured.any()
-    assert found.verdict[0, 0] == Verdict.NO_ESTIMATE
+    assert found.verdict[0, 0] == CellVerdict.NO_ESTIMATE

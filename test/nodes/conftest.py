@@ -25,7 +25,7 @@ from warm import popen
 from crtk_msgs.msg import OperatingState, StringStamped
 from domains import domains_of
 from tissue_probe.nodes import asking
-from tissue_probe.nodes.qos import ANNOUNCEMENTS, BLOCKS, LATCHED, POSES
+from tissue_probe.nodes.qos import ANNOUNCEMENTS, LATCHED, POSES, SAMPLE_BLOCKS
 from tissue_probe.nodes.session import NodeProcess, Session, SessionError
 from tissue_probe_msgs.action import ScanGrid
 from tissue_probe_msgs.msg import PalpationSite, ProbeSamples
@@ -267,7 +267,7 @@ def site_publisher(node, namespace: str = "/probe"):
 
 
 def samples_publisher(node, namespace: str = "/probe"):
-    return node.create_publisher(ProbeSamples, f"{namespace}/samples", BLOCKS)
+    return node.create_publisher(ProbeSamples, f"{namespace}/samples", SAMPLE_BLOCKS)
 
 
 #: Cyclone is to look for others on this host only, and without multicast, as our nodes do. Until a

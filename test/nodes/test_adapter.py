@@ -23,7 +23,7 @@ from conftest import (
     tell,
 )
 from tissue_probe.nodes.conversions import samples_from_message
-from tissue_probe.nodes.qos import BLOCKS
+from tissue_probe.nodes.qos import SAMPLE_BLOCKS
 from tissue_probe.nodes.session import NodeProcess
 from tissue_probe.recording.any_file import read_any
 from tissue_probe.recording.bags.reader import read_recording
@@ -60,14 +60,14 @@ def robot() -> Iterator:
 
 
 def heard_samples(running) -> list:
-    return collect(running.node, ProbeSamples, "/probe/samples", BLOCKS)
+    return collect(running.node, ProbeSamples, "/probe/samples", SAMPLE_BLOCKS)
 
 
 @pytest.mark.crowded
 @pytest.mark.parametrize("name", ["robust_ekf", "ekf"])
 def test_estimators_find_what_a_foreign_robot_presses_on(session, quality, robot, name):
     running = session(adapter(), estimator(name, **RIGID))
-    estimates = collect(running.node, TissueEstimate, f"/probe/{name}/estimate", BLOCKS)
+    estimates = collect(running.node, TissueEstimate, f"/probe/{name}/estimate", SAMPLE_BLOCKS)
 
     def found() -> bool:
         return bool(estimates) and estimates[-1].status == Status.CONVERGED

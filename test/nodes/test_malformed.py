@@ -26,7 +26,7 @@ from conftest import (
     state_of,
 )
 from crtk_msgs.msg import OperatingState, StringStamped
-from tissue_probe.nodes.qos import ANNOUNCEMENTS, BLOCKS, LATCHED, POSES
+from tissue_probe.nodes.qos import ANNOUNCEMENTS, LATCHED, POSES, SAMPLE_BLOCKS
 from tissue_probe.nodes.session import NodeProcess
 from tissue_probe.recording.bags.reader import read_recording
 from tissue_probe.signals import MOST_SAMPLES
@@ -103,9 +103,9 @@ def words() -> Iterator[object]:
 #: What is said on each topic that a node of the suite hears; none of it is what it should be. But
 #: for emergency_stop: there the middleware may read damaged bytes as true, which is the safe side.
 FLOOD = {
-    "/probe/samples": (ProbeSamples, BLOCKS, samples),
+    "/probe/samples": (ProbeSamples, SAMPLE_BLOCKS, samples),
     "/probe/palpation_site": (PalpationSite, ANNOUNCEMENTS, sites),
-    "/probe/ekf/estimate": (TissueEstimate, BLOCKS, estimates),
+    "/probe/ekf/estimate": (TissueEstimate, SAMPLE_BLOCKS, estimates),
     "/stage/servo_cp": (PoseStamped, POSES, poses),
     "/stage/measured_cp": (PoseStamped, POSES, poses),
     "/stage/operating_state": (OperatingState, LATCHED, lambda: damaged(OperatingState())),

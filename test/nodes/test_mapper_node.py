@@ -16,9 +16,9 @@ from tissue_probe.mapping.grid import Grid
 from tissue_probe.mapping.posterior.posterior_map import map_of
 from tissue_probe.mapping.posterior.results import PosteriorMap
 from tissue_probe.mapping.sites import Sites
-from tissue_probe.mapping.verdict import Verdict
+from tissue_probe.mapping.verdict import CellVerdict
 from tissue_probe.nodes.conversions import site_to_message, to_time
-from tissue_probe.nodes.qos import BLOCKS, LATCHED, SCAN_ANNOUNCEMENTS
+from tissue_probe.nodes.qos import LATCHED, SAMPLE_BLOCKS, SCAN_ANNOUNCEMENTS
 from tissue_probe.nodes.session import NodeProcess
 from tissue_probe.recording.bags.reader import read_estimates, read_map, read_recording
 from tissue_probe.signals import PalpationSite, Phase
@@ -73,7 +73,9 @@ def mapped(session):
     maps = collect(running.node, StiffnessMap, "/probe/stiffness_map", LATCHED)
     sites = site_publisher(running.node)
     publishers = {
-        name: running.node.create_publisher(TissueEstimate, f"/probe/{name}/estimate", BLOCKS)
+        name: running.node.create_publisher(
+            TissueEstimate, f"/probe/{name}/estimate", SAMPLE_BLOCKS
+        )
         for name in ("ekf", "ukf")
     }
     running.wait_until(
@@ -101,7 +103,7 @@ def test_nothing_is_published_before_a_sample_is_known_of(mapped):
 
 
 def test_the_verdicts_are_those_of_the_message():
-    for verdict in Verdict:
+    for verdict in CellVerdict:
         assert getattr(StiffnessMap, verdict.name) == verdict
 
 
@@ -173,7 +175,7 @@ def test_sites_on_no_grid_have_a_map(session):
     found = collect(running.node, Inclusions, "/probe/inclusions", LATCHED)
     marks = collect(running.node, MarkerArray, "/probe/inclusion_markers", LATCHED)
     sites = site_publisher(running.node)
-    publisher = running.node.create_publisher(TissueEstimate, "/probe/ekf/estimate", BLOCKS)
+    publisher = running.node.create_publisher(TissueEstimate, "/probe/ekf/estimate", SAMPLE_BLOCKS)
     both = (sites, publisher)
     running.wait_until(lambda: all(p.get_subscription_count() for p in both), "the mapper")
     rng = np.random.default_rng(2)
@@ -277,9 +279,11 @@ def test_live_and_recorded_map_of_any_grid_are_the_same(session, tmp_path):
     inclusions = collect(running.node, Inclusions, "/probe/inclusions", LATCHED)
     clouds = collect(running.node, PointCloud2, "/probe/stiffness_cloud", LATCHED)
     sites = site_publisher(running.node)
-    samples = running.node.create_publisher(ProbeSamples, "/probe/samples", BLOCKS)
+    samples = running.node.create_publisher(ProbeSamples, "/probe/samples", SAMPLE_BLOCKS)
     publishers = {
-        name: running.node.create_publisher(TissueEstimate, f"/probe/{name}/estimate", BLOCKS)
+        name: running.node.create_publisher(
+            TissueEstimate, f"/probe/{name}/estimate", SAMPLE_BLOCKS
+        )
         for name in ("ekf", "ukf")
     }
     everyone = [sites, *publishers.values()]
@@ -327,7 +331,7 @@ def test_live_and_recorded_map_of_any_grid_are_the_same(session, tmp_path):
     assert live.origin == off_line.grid.origin
     assert live.spacing == off_line.grid.spacing
     assert live.stamp == off_line.stamp
-    assert set(live.verdict.ravel()) > {Verdict.MEASURED}
+    assert set(live.verdict.ravel()) > {CellVerdict.MEASURED}
     for name in (
         "stiffness",
         "damping",
@@ -343,7 +347,7 @@ def test_a_mapper_started_again_in_a_scan_takes_up_its_cells(session, tmp_path):
     running = session(MAPPER)
     maps = collect(running.node, StiffnessMap, "/probe/stiffness_map", LATCHED)
     sites = site_publisher(running.node)
-    publisher = running.node.create_publisher(TissueEstimate, "/probe/ekf/estimate", BLOCKS)
+    publisher = running.node.create_publisher(TissueEstimate, "/probe/ekf/estimate", SAMPLE_BLOCKS)
     both = (sites, publisher)
     running.wait_until(lambda: all(p.get_subscription_count() for p in both), "the mapper")
 

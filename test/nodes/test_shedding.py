@@ -19,7 +19,7 @@ from conftest import PATIENCE, activate, collect
 from tissue_probe.nodes.conversions import samples_from_message
 from tissue_probe.nodes.qos import PER_SAMPLE
 from tissue_probe.nodes.session import Session
-from tissue_probe.nodes.shedding import ENOUGH, MOST, Shedding
+from tissue_probe.nodes.shedding import MOST, RESUMING_SHARE, Shedding
 from tissue_probe.signals import join
 from tissue_probe_msgs.msg import ProbeSamples
 
@@ -63,7 +63,7 @@ def test_a_pause_of_the_machine_is_no_reason():
     assert not shedding.active
 
 
-@pytest.mark.parametrize("share", [0.0, 0.9 * ENOUGH])
+@pytest.mark.parametrize("share", [0.0, 0.9 * RESUMING_SHARE])
 def test_it_ends_within_seconds_when_there_is_time_again(share):
     shedding = Shedding()
     play(shedding, 2.0, 1.0)
@@ -75,7 +75,7 @@ def test_it_ends_within_seconds_when_there_is_time_again(share):
 def test_what_would_just_fit_is_not_taken_up_again():
     shedding = Shedding()
     play(shedding, 2.0, 1.0)
-    play(shedding, 0.5 * (ENOUGH + MOST), 10.0)
+    play(shedding, 0.5 * (RESUMING_SHARE + MOST), 10.0)
     assert shedding.active
 
 

@@ -8,7 +8,12 @@ import pytest
 import rclpy
 
 from tissue_probe.devices.limits import Limits
-from tissue_probe.diagnosis.advice.driver_command import DRIVER, LARGEST, USUAL, driver_command
+from tissue_probe.diagnosis.advice.driver_command import (
+    DRIVER_COMMAND,
+    LARGEST,
+    USUAL,
+    driver_command,
+)
 from tissue_probe.diagnosis.advice.separation import PROBE_AMPLITUDE, PROBE_EXPERIMENTS, Suggestion
 from tissue_probe.nodes.driver import ExcitationSettings
 from tissue_probe.nodes.parameters import declare, read
@@ -48,4 +53,4 @@ def test_the_driver_takes_every_experiment(declared, experiment, gain):
 def test_the_volts_are_those_of_the_driver():
     assert ExcitationSettings().amplitude == USUAL
     assert Limits().command_limit == LARGEST
-    assert DRIVER.startswith("ros2 run tissue_probe driver ")
+    assert DRIVER_COMMAND.startswith("ros2 run tissue_probe driver ")

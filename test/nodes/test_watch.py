@@ -21,7 +21,7 @@ from conftest import PATIENCE, activate, driver, estimator, stage_on_tissue
 from tissue_probe.mapping.chart import Chart
 from tissue_probe.mapping.posterior.posterior_map import map_of
 from tissue_probe.mapping.site_result import SiteResult, sites_of
-from tissue_probe.mapping.verdict import Verdict
+from tissue_probe.mapping.verdict import CellVerdict
 from tissue_probe.nodes.map_messages import inclusions_message, results_message, surface_cloud
 from tissue_probe.nodes.qos import LATCHED
 from tissue_probe.signals import Leaving
@@ -146,7 +146,7 @@ def test_pages_hear_the_map_as_the_mapper_tells_it(session, tmp_path):
     k[12] = 1100.0
     results = [
         SiteResult(n, 0, n, (a, b, 0.0), (0.0, 0.0, 1.0), value, 5.0, 1.0, 4.0, 0.1,
-                   Verdict.MEASURED, Leaving.TOLD_ENOUGH)
+                   CellVerdict.MEASURED, Leaving.TOLD_ENOUGH)
         for n, (a, b, value) in enumerate(zip(x, y, k, strict=True))
     ]  # fmt: skip
     chart = Chart.of(sites_of(results))

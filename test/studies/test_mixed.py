@@ -9,7 +9,7 @@ from laboratory import QUESTION, write
 from test_statistics import result
 
 import tissue_probe as tp
-from tissue_probe.studies.plan import Plan, recordings_of
+from tissue_probe.studies.plan import StudyPlan, recordings_of
 from tissue_probe.studies.result import StudyResult
 
 MILLINEWTON = ("F_mN", 1e3)
@@ -18,7 +18,8 @@ MILLINEWTON = ("F_mN", 1e3)
 def study(folder: Path, **question: object) -> StudyResult:
     recordings = recordings_of(str(folder / "*.*"))
     return tp.study(
-        Plan(recordings, "compare", {**QUESTION, **question}, folder.parent / "answers"), workers=1
+        StudyPlan(recordings, "compare", {**QUESTION, **question}, folder.parent / "answers"),
+        workers=1,
     )
 
 
@@ -69,7 +70,9 @@ def test_a_statement_that_overrules_a_file_is_told(tmp_path):
 def test_recordings_of_this_suite_among_others_are_told(tmp_path):
     folder = written(tmp_path, ("F", 1.0))
     paths = {folder / "0.csv": {}, Path("examples/scan.mcap"): {}}
-    found = tp.study(Plan(paths, "estimate", {"rig": "rigid_probe"}, tmp_path / "a"), workers=1)
+    found = tp.study(
+        StudyPlan(paths, "estimate", {"rig": "rigid_probe"}, tmp_path / "a"), workers=1
+    )
     assert "2 done" in found.text
     assert "1 of 2 recordings (scan.mcap first) was recorded by this suite" in found.text
     assert "run a study for each rig" in found.text
@@ -77,7 +80,9 @@ def test_recordings_of_this_suite_among_others_are_told(tmp_path):
 
 @pytest.mark.parametrize("name", ["rig", "force_unit"])
 def test_a_factor_that_seems_to_set_the_question_is_refused(tmp_path, name):
-    plan = Plan({Path("a.csv"): {name: "x"}, Path("b.csv"): {name: "y"}}, output=tmp_path / "a")
+    plan = StudyPlan(
+        {Path("a.csv"): {name: "x"}, Path("b.csv"): {name: "y"}}, output=tmp_path / "a"
+    )
     with pytest.raises(tp.TissueProbeError, match=f"called {name}, .* run a study for each"):
         tp.study(plan)
 

@@ -12,17 +12,17 @@ from laboratory import QUESTION, write
 
 import tissue_probe as tp
 from tissue_probe.studies.dataset import Dataset
-from tissue_probe.studies.plan import Plan, read_plan, recordings_of
+from tissue_probe.studies.plan import StudyPlan, read_plan, recordings_of
 
 
-def plan_of(folder: Path, **changes: object) -> Plan:
+def plan_of(folder: Path, **changes: object) -> StudyPlan:
     asked = {
         "recordings": recordings_of(str(folder / "*.csv"), "{specimen}_{day}.csv"),
         "task": "compare",
         "question": QUESTION,
         "output": folder.parent / "answers",
     }
-    return Plan(**{**asked, **changes})
+    return StudyPlan(**{**asked, **changes})
 
 
 def stored(folder: Path) -> list[dict]:

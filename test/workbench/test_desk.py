@@ -13,7 +13,7 @@ import pytest
 
 import tissue_probe as tp
 from served import EXAMPLES
-from tissue_probe.studies.plan import Plan
+from tissue_probe.studies.plan import StudyPlan
 from tissue_probe.workbench import state
 from tissue_probe.workbench.desk import Desk
 from tissue_probe.workbench.desk_messages import desk as told_of
@@ -333,7 +333,7 @@ def test_a_map_of_a_recording_without_sites_is_refused_in_words(run):
 
 def studied(path, **question):
     """Return a study of one recording that was run, with these statements in its plan."""
-    plan = Plan({path: {}}, question=question)
+    plan = StudyPlan({path: {}}, question=question)
     return Studied("study.yaml", plan, [{"path": str(path), "status": "done"}])
 
 

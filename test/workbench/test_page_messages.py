@@ -13,7 +13,7 @@ from pydantic import TypeAdapter
 import tissue_probe as tp
 from served import EXAMPLES
 from tissue_probe import workbench
-from tissue_probe.studies.plan import Plan
+from tissue_probe.studies.plan import StudyPlan
 from tissue_probe.workbench import desk_messages
 from tissue_probe.workbench.desk import Desk
 from tissue_probe.workbench.messages import as_json
@@ -91,7 +91,9 @@ def test_a_desk_is_told_as_it_is_declared(desks):
 def test_choices_and_a_study_are_told_as_they_are_declared():
     check(News, "choices", desk_messages.choices(live=True, commands=False))
     rows = [{"path": "/somewhere/one.csv", "status": "done", "tissue": "liver", "rmse": 0.1}]
-    study = Studied("study.yaml", Plan({Path("/somewhere/one.csv"): {"tissue": "liver"}}), rows)
+    study = Studied(
+        "study.yaml", StudyPlan({Path("/somewhere/one.csv"): {"tissue": "liver"}}), rows
+    )
     check(News, "study", study.describe_study())
 
 

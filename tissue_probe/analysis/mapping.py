@@ -32,7 +32,7 @@ from tissue_probe.mapping.registration import Registration
 from tissue_probe.mapping.scatter import scatter
 from tissue_probe.mapping.site_result import SiteResult, sites_of
 from tissue_probe.mapping.sites import Sites
-from tissue_probe.mapping.verdict import Verdict
+from tissue_probe.mapping.verdict import CellVerdict
 from tissue_probe.physics.felt_table import FeltTable
 from tissue_probe.physics.phantom import Phantom
 from tissue_probe.recording.bags.open_bag import is_bag
@@ -139,8 +139,8 @@ class MapResult(Alike):
         verdicts = [result.verdict for result in self.results]
         return {
             verdict.name.lower().replace("_", " "): verdicts.count(verdict)
-            for verdict in Verdict
-            if verdict in verdicts and verdict != Verdict.MEASURED
+            for verdict in CellVerdict
+            if verdict in verdicts and verdict != CellVerdict.MEASURED
         }
 
     @property

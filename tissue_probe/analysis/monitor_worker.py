@@ -1,7 +1,7 @@
 """A diagnosis in a process of its own: ``python -m tissue_probe.analysis.monitor_worker``.
 
-A ``Question`` or ``RecordsQuestion`` comes in, a ``Verdict`` or ``RecordsVerdict``, or the sentence
-why there is none, goes out, as ``side_answer`` has it.
+A ``MonitorQuestion`` or ``RecordsQuestion`` comes in, a ``MonitorAnswer`` or ``RecordsVerdict``, or
+the sentence why there is none, goes out, as ``side_answer`` has it.
 
 Contents: the process, and the answers to both questions.
 """
@@ -18,7 +18,7 @@ import numpy as np
 from tissue_probe import side_answer
 from tissue_probe.monitoring.experiments import find_possible_experiments, measure_coil_response
 from tissue_probe.monitoring.identification import RecordsQuestion, RecordsVerdict
-from tissue_probe.monitoring.question import Question, Verdict
+from tissue_probe.monitoring.question import MonitorAnswer, MonitorQuestion
 from tissue_probe.physics.rigs import RIGS
 from tissue_probe.signals import FloatArray
 
@@ -30,14 +30,14 @@ if TYPE_CHECKING:
 WORTH_TELLING = 0.01
 
 
-def answer(question: Question | RecordsQuestion, say: side_answer.Say) -> Verdict:
+def answer(question: MonitorQuestion | RecordsQuestion, say: side_answer.Say) -> MonitorAnswer:
     """Answer either question, without a word before."""
     if isinstance(question, RecordsQuestion):
         return answer_records(question)
     return answer_question(question)
 
 
-def answer_question(question: Question) -> Verdict:
+def answer_question(question: MonitorQuestion) -> MonitorAnswer:
     """Diagnose the samples of a question.
 
     Raises
@@ -50,7 +50,7 @@ def answer_question(question: Question) -> Verdict:
 
     columns = _columns(question.position, question.force, question.sample_period)
     measured = read(columns, force_polarity="compression")
-    return Verdict(**_tell(diagnose_read(_ask(question), measured)))
+    return MonitorAnswer(**_tell(diagnose_read(_ask(question), measured)))
 
 
 def answer_records(question: RecordsQuestion) -> RecordsVerdict:
@@ -91,7 +91,7 @@ def _columns(position: FloatArray, force: FloatArray, period: float) -> dict[str
     return {"t": np.arange(force.size, dtype=np.float64) * period, "u": position, "F": force}
 
 
-def _ask(asked: Question | RecordsQuestion) -> ModelQuestion:
+def _ask(asked: MonitorQuestion | RecordsQuestion) -> ModelQuestion:
     from tissue_probe.analysis.question import question
 
     return question(

@@ -5,12 +5,19 @@ strength of what it hides, sealed answers, and marks.
 """
 
 from tissue_probe.challenge.simulator import (
-    EFFECTS,
     LIBRARY,
+    SIMULATED_EFFECTS,
     Challenge,
     HiddenTruth,
     SimulatedRecord,
     make_challenge,
 )
 
-__all__ = ["EFFECTS", "LIBRARY", "Challenge", "HiddenTruth", "SimulatedRecord", "make_challenge"]
+__all__ = [
+    "LIBRARY",
+    "SIMULATED_EFFECTS",
+    "Challenge",
+    "HiddenTruth",
+    "SimulatedRecord",
+    "make_challenge",
+]

@@ -17,7 +17,7 @@ from typing import Any
 
 from tissue_probe.challenge.instrumental import SPOILING_EFFECTS
 from tissue_probe.challenge.outside import OUTSIDE
-from tissue_probe.challenge.simulator import EFFECTS, LIBRARY
+from tissue_probe.challenge.simulator import LIBRARY, SIMULATED_EFFECTS
 
 NO_DIAGNOSIS = "no diagnosis"
 NAMING = ("missing", "ambiguous")
@@ -230,7 +230,9 @@ def _mark_one(marks: Grade, effects: list[str], diagnosis: GradedDiagnosis) -> N
     among, claims = hidden in diagnosis.ranking[:3], bool(diagnosis.claimed)
     marks.first_three.add(among and (claims or diagnosis.declares(hidden)))
     marks.first_three_named.add(among and claims)
-    marks.family.add(named and EFFECTS[diagnosis.named].family == EFFECTS[hidden].family)
+    marks.family.add(
+        named and SIMULATED_EFFECTS[diagnosis.named].family == SIMULATED_EFFECTS[hidden].family
+    )
     if diagnosis.claimed:
         marks.covered.add(hidden in diagnosis.claimed)
         marks.claimed.append(len(diagnosis.claimed))

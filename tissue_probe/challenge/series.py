@@ -13,8 +13,8 @@ import numpy as np
 from tissue_probe.challenge.instrumental import SPOILING_EFFECTS
 from tissue_probe.challenge.outside import OUTSIDE
 from tissue_probe.challenge.simulator import (
-    EFFECTS,
     LIBRARY,
+    SIMULATED_EFFECTS,
     WEAKEST_OF_TWO,
     Challenge,
     Excitation,
@@ -40,7 +40,7 @@ PACKS = {"one": _NOT_BESIDE, "outside": OUTSIDE, "spoilt": SPOILING_EFFECTS}
 SHOWN_ALONE = 0.95 * WEAKEST_OF_TWO
 """What each of two effects must leave alone, in units of the noise."""
 
-BEYOND = ABSORBED
+LEAST_BESIDE_OTHERS = ABSORBED
 """And where the fit may move the rig within its tolerances."""
 
 ANY: Final = "any"
@@ -92,7 +92,10 @@ def all_show(answer: HiddenTruth) -> bool:
     """Whether each of several effects leaves something alone, beyond the rig's tolerances too."""
     if len(answer.effects) < 2:
         return True
-    return min(answer.ratios.values()) >= SHOWN_ALONE and min(answer.shown.values()) >= BEYOND
+    return (
+        min(answer.ratios.values()) >= SHOWN_ALONE
+        and min(answer.shown.values()) >= LEAST_BESIDE_OTHERS
+    )
 
 
 def deal(hide: Hide, count: int, random: np.random.Generator) -> list[Effects]:
@@ -123,12 +126,12 @@ def _hand(kind: str, count: int, random: np.random.Generator) -> list[Effects]:
 def _pair(random: np.random.Generator) -> Effects:
     while True:
         one, other = random.choice(list(LIBRARY), 2, replace=False).tolist()
-        preloads = EFFECTS[one].sets_preload and EFFECTS[other].sets_preload
-        same = EFFECTS[one].family == EFFECTS[other].family
+        preloads = SIMULATED_EFFECTS[one].sets_preload and SIMULATED_EFFECTS[other].sets_preload
+        same = SIMULATED_EFFECTS[one].family == SIMULATED_EFFECTS[other].family
         if not (same or preloads or _is_another(one, other) or _is_another(other, one)):
             return one, other
 
 
 def _is_another(one: str, other: str) -> bool:
     """Whether an effect beside another one is a third."""
-    return bool(EFFECTS[one].beside) and other not in EFFECTS[one].beside
+    return bool(SIMULATED_EFFECTS[one].beside) and other not in SIMULATED_EFFECTS[one].beside

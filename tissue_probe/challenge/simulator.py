@@ -34,7 +34,7 @@ from tissue_probe.signals import FloatArray
 LIBRARY: dict[str, HiddenEffect] = {**MECHANICAL, **INSTRUMENTAL}
 """Effects that a diagnosis should name."""
 
-EFFECTS: dict[str, HiddenEffect] = {**LIBRARY, **OUTSIDE, **SPOILING_EFFECTS}
+SIMULATED_EFFECTS: dict[str, HiddenEffect] = {**LIBRARY, **OUTSIDE, **SPOILING_EFFECTS}
 """Everything that can be hidden, by name."""
 
 Rig = Literal["exact", "tolerant"]
@@ -131,7 +131,7 @@ def make_challenge(
     seed : int
         The same arguments give the same challenge.
     effects : sequence of str
-        Names in ``EFFECTS``; none for a clean recording.
+        Names in ``SIMULATED_EFFECTS``; none for a clean recording.
     excitation : str or Measured
         One of ``DURATIONS``; or a motion that was measured, of which amplitude, preload and the
         coil's faults are kept.
@@ -163,7 +163,7 @@ def make_challenge(
     second = second.press_in(case.trajectory.preload)
     answer = HiddenTruth(
         effects=tuple(effects),
-        families=tuple(EFFECTS[name].family for name in effects),
+        families=tuple(SIMULATED_EFFECTS[name].family for name in effects),
         parameters={name: _parameters(hidden[name].change) for name in effects},
         strengths={name: hidden[name].strength for name in effects},
         targets={name: hidden[name].target for name in effects},
@@ -181,8 +181,10 @@ def make_challenge(
 
 
 def _check(effects: Sequence[str], excitation: Excitation, rig: str) -> None:
-    if unknown := [name for name in effects if name not in EFFECTS]:
-        raise ParameterError(f"there is no effect {unknown[0]!r}; there are {', '.join(EFFECTS)}")
+    if unknown := [name for name in effects if name not in SIMULATED_EFFECTS]:
+        raise ParameterError(
+            f"there is no effect {unknown[0]!r}; there are {', '.join(SIMULATED_EFFECTS)}"
+        )
     if len(set(effects)) < len(effects):
         raise ParameterError(f"{', '.join(effects)}: an effect can be hidden once only")
     if not isinstance(excitation, Measured) and excitation not in DURATIONS:
@@ -232,10 +234,10 @@ def _hide(
     """Hide the effects, each scaled alone; those that need a preload of their own come first."""
     case, hidden = clean, {}
     weakest = WEAKEST if len(effects) < 2 else WEAKEST_OF_TWO
-    for name in sorted(effects, key=lambda name: not EFFECTS[name].sets_preload):
+    for name in sorted(effects, key=lambda name: not SIMULATED_EFFECTS[name].sets_preload):
         target, seed = log_uniform(random, weakest, STRONGEST), int(random.integers(2**32))
         alone = clean.press_in(case.trajectory.preload)
-        hidden[name] = hide(EFFECTS[name], alone, target, seed, tolerances)
+        hidden[name] = hide(SIMULATED_EFFECTS[name], alone, target, seed, tolerances)
         case = case.apply_change(hidden[name].change)
     return case, hidden
 

@@ -150,7 +150,7 @@ class Step(_Entry):
     converged: bool
 
 
-class Model(_Entry):
+class ModelAnswer(_Entry):
     """One of the models that were tried, and how probable it is."""
 
     effects: list[str] = Field(description="what it has beside the model that was asked about")
@@ -225,7 +225,7 @@ class ShapeFormula(_Entry):
     rivals: list[str] = Field(description="other formulas within the noise")
 
 
-class Shape(_Entry):
+class ShapeAnswer(_Entry):
     """The variables of the force that no law of the library explains, and the function."""
 
     variables: list[str] = Field(
@@ -255,7 +255,7 @@ class Answer(_Entry):
     ranking: list[Candidate] = Field(
         description="best first; where the verdict is adequate, the unseen before the others"
     )
-    models: list[Model] = Field(
+    models: list[ModelAnswer] = Field(
         default=[],
         description="the most probable first: those that together have a probability of 0.95, then "
         "others of more than 0.001; the asked one alone where effects were asked for",
@@ -320,7 +320,7 @@ class Answer(_Entry):
         description="what the values of each effect of the likely models mean, in few words",
     )
     errors: Errors | None = None
-    shape: Shape | None = Field(
+    shape: ShapeAnswer | None = Field(
         default=None,
         description="the missing force as a free function; null where none leaves noise only, in "
         "held-out parts, too, and where the verdict is not unexplained",
@@ -433,11 +433,11 @@ def errors(diagnosis: Diagnosis) -> Errors:
     )
 
 
-def shape(found: FoundShape | None) -> Shape | None:
+def shape(found: FoundShape | None) -> ShapeAnswer | None:
     """Put the shape of a missing force into the layout for programs; None where none is claimed."""
     if found is None or not found.accepted:
         return None
-    return Shape(
+    return ShapeAnswer(
         variables=list(found.variables),
         share=found.share,
         shares={
@@ -545,11 +545,11 @@ def parameters(fit: Fit) -> dict[str, ParameterValue]:
     }
 
 
-def _models(diagnosis: Diagnosis) -> list[Model]:
+def _models(diagnosis: Diagnosis) -> list[ModelAnswer]:
     told = diagnosis.ladder.posterior
     every = list(zip(told.models, told.probabilities, strict=True))
     return [
-        Model(
+        ModelAnswer(
             effects=list(told.more(fit)),
             probability=probability,
             adequacy=adequacy(fit),

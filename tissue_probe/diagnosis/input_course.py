@@ -27,7 +27,7 @@ from tissue_probe.quantities import FORCE
 #: Share of its range by which the spline through a force overshoots a jump: half of the tenth by
 #: which it overshoots a single step.
 OVERSHOT = 0.05
-DELAY = "channel_delay"
+DELAY_NAME = "channel_delay"
 #: Name of the finding.
 COURSE = "course"
 HELD_COURSE = (
@@ -106,8 +106,8 @@ def told_anew(final: Fit, instrument: Instrument) -> list[Measurement]:
     """
     if final.composition.input is not FORCE:
         return []
-    delayed = DELAY in final.composition.names
-    model = final.composition.without(DELAY) if delayed else final.composition
+    delayed = DELAY_NAME in final.composition.names
+    model = final.composition.without(DELAY_NAME) if delayed else final.composition
     kinds = _kinds(final.measurements)
     others = [_with(final.measurements, kind) for kind in kinds if kind is not _course(final)]
     fits = [refit(final, model, instrument, each) for each in others]
@@ -146,7 +146,9 @@ def _fit_delay(fit: Fit, instrument: Instrument) -> list[Fit]:
     from tissue_probe.physics.effect_scale import resize_effect
     from tissue_probe.physics.effects import EFFECTS
 
-    return fit_candidates(fit, [resize_effect(EFFECTS[DELAY], fit.composition.scale)], instrument)
+    return fit_candidates(
+        fit, [resize_effect(EFFECTS[DELAY_NAME], fit.composition.scale)], instrument
+    )
 
 
 def _overshoots(measurement: Measurement) -> bool:

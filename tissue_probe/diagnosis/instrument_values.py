@@ -20,7 +20,7 @@ from tissue_probe.quantities import SIDE
 #: is by chance.
 SURE_DEVIATIONS = 3.3
 #: The effect that is a constant of the force.
-BIAS = "force_bias"
+BIAS_NAME = "force_bias"
 ZERO_OR_PLACE = (
     "{}The force's zero is {:.3g} N off, or the position's zero {:.4g} mm: one and the same in "
     "this recording; the stiffness does not depend on it."
@@ -86,7 +86,7 @@ def _touches(fit: Fit, problem: Problem) -> list[FoundInstrumentValue]:
         first = runs.numbers.index(number)
         name = runs.names[runs.places[first][contact]]
         value, force = fit.named()[name], _as_force(fit, problem, first, name)
-        same = () if np.isnan(force) else (BIAS,)
+        same = () if np.isnan(force) else (BIAS_NAME,)
         source = fit.measurements[first].source
         found.append(
             FoundInstrumentValue(

@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from tissue_probe.estimation.layout import OF_THE_MODEL, Layout
+from tissue_probe.estimation.layout import OF_THE_MODEL, StateLayout
 
 if TYPE_CHECKING:
     from tissue_probe.estimation.run import Run
@@ -55,7 +55,7 @@ def carry_over(before: Run, after: Run) -> None:
         after.reopen()
 
 
-def _carry_states(here: FloatArray, old: Layout, there: FloatArray, new: Layout) -> None:
+def _carry_states(here: FloatArray, old: StateLayout, there: FloatArray, new: StateLayout) -> None:
     """Carry means and covariance of the states that both have."""
     both = [name for name in new.states if name in old.states]
     for name in both:
@@ -93,7 +93,7 @@ def _carry_constants(before: Run, here: FloatArray, after: Run, there: FloatArra
     L_now[:] = scale[:, np.newaxis] * L
 
 
-def _nominal(run: Run, layout: Layout) -> tuple[FloatArray, FloatArray]:
+def _nominal(run: Run, layout: StateLayout) -> tuple[FloatArray, FloatArray]:
     """Return values and standard deviations of the considered constants."""
     names = layout.considered
     value = np.array([run.constants[layout.constant(name)] for name in names])

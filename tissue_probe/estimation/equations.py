@@ -10,7 +10,7 @@ from functools import cache, cached_property
 
 import sympy as sp
 
-from tissue_probe.estimation.layout import Layout
+from tissue_probe.estimation.layout import StateLayout
 from tissue_probe.physics.discretise import (
     BEGUN,
     DISCRETISATIONS,
@@ -53,7 +53,7 @@ class Filter:
         self,
         model: Model,
         discretisation: str,
-        layout: Layout,
+        layout: StateLayout,
         given: bool = False,
         workspace: int | None = None,
     ) -> None:

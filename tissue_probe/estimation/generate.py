@@ -19,7 +19,7 @@ from tissue_probe.estimation.layout import (
     PER_STATE,
     SETTINGS,
     VERDICT_SIZE,
-    Layout,
+    StateLayout,
 )
 from tissue_probe.physics.effects.effect import POSITION_BEFORE
 from tissue_probe.physics.model import Model
@@ -40,9 +40,9 @@ TINY = sp.Float(1e-300)
 # The sums that ``windows`` keeps, from the first of these places on.
 WINDOW_SUMS = {"WINDOWS": 0.0, **{f"WINDOWS_{place}": 0.0 for place in range(1, 8)}}
 # How many numbers an estimator written by hand may carry along for itself: the first in ``memory``.
-OWN = 32
+OWN_NUMBERS = 32
 
-HEADER = '''"""Generated from the symbols of model and filter; do not edit."""
+FILTER_HEADER = '''"""Generated from the symbols of model and filter; do not edit."""
 from __future__ import annotations
 
 import math
@@ -58,12 +58,12 @@ njit = partial(numba.njit, no_cpython_wrapper=True, no_cfunc_wrapper=True)
 '''
 
 
-def source(model: Model, discretisation: str, layout: Layout, equations: ModuleType) -> str:
+def source(model: Model, discretisation: str, layout: StateLayout, equations: ModuleType) -> str:
     """Return the source of a kernel module.
 
-    Its functions work on the arrays ``constants`` and ``memory`` (see ``Layout``): ``start`` and
-    ``reopen`` set them up, ``run`` filters samples. Each function has a part of the memory of its
-    own for intermediate results, since one may call another.
+    Its functions work on the arrays ``constants`` and ``memory`` (see ``StateLayout``): ``start``
+    and ``reopen`` set them up, ``run`` filters samples. Each function has a part of the memory of
+    its own for intermediate results, since one may call another.
     """
     size = layout.size
 
@@ -106,16 +106,20 @@ def source(model: Model, discretisation: str, layout: Layout, equations: ModuleT
         ENTRIES.read_text(),
     ]
     places = _places(layout, size, layout.verdict, equations.FOLLOWS)
-    return HEADER + places + "\n\n".join(functions)
+    return FILTER_HEADER + places + "\n\n".join(functions)
 
 
-def source_by_hand(layout: Layout, path: Path) -> str:
+def source_by_hand(layout: StateLayout, path: Path) -> str:
     """Return the source of a kernel module whose ``start``, ``reopen``, ``run`` are in a file."""
     texts = [text.read_text() for text in (VERDICT, BY_HAND, path, ENTRIES)]
-    return HEADER + _places(layout, OWN + VERDICT_SIZE, OWN, False) + "\n\n".join(texts)
+    return (
+        FILTER_HEADER
+        + _places(layout, OWN_NUMBERS + VERDICT_SIZE, OWN_NUMBERS, False)
+        + "\n\n".join(texts)
+    )
 
 
-def _places(layout: Layout, memory: int, verdict: int, follows: bool) -> str:
+def _places(layout: StateLayout, memory: int, verdict: int, follows: bool) -> str:
     """Return the names in capitals that the texts written by hand use."""
     states = layout.states
     names: dict[str, object] = {name.upper(): layout.constant(name) for name in SETTINGS}

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tissue_probe.estimation.considered import considered, may_touch_elsewhere
-from tissue_probe.estimation.layout import Layout
+from tissue_probe.estimation.layout import StateLayout
 from tissue_probe.estimation.settings import EstimatorSettings
 from tissue_probe.physics import code_cache, machine_code, numba_code
 from tissue_probe.physics.machine_code import MachineCode, Text
@@ -54,7 +54,7 @@ class Plan:
     """
 
     code: str
-    layout: Layout
+    layout: StateLayout
     is_kalman: bool = True
     tool: Mapping[str, float] = field(default_factory=dict)
     delay: float = 0.0
@@ -168,7 +168,7 @@ class KalmanFilter:
         name += self._tolerances(roughly, offset)
         code = _code(name, lambda: self._source(settings.rig, how, roughly, offset))
         states, extra = tuple(code.facts["STATE_NAMES"]), code.facts["EXTRA"]
-        layout = Layout(states, extra, windowed=windowed, considered=roughly)
+        layout = StateLayout(states, extra, windowed=windowed, considered=roughly)
         return Draft(Plan(name, layout), lambda: code)
 
     def _composed(self, settings: EstimatorSettings) -> Draft:
@@ -214,7 +214,7 @@ class KalmanFilter:
         states = tuple(map(str, [*model.states, *model.parameters]))
         windowed = not model.states  # the force follows the input's derivatives at once
         extra = {**self.equations.EXTRA, **(WINDOW_SUMS if windowed else {})}
-        layout = Layout(states, extra, windowed=windowed, considered=roughly)
+        layout = StateLayout(states, extra, windowed=windowed, considered=roughly)
         return source(model, discretisation, layout, self.equations)
 
 
@@ -252,14 +252,14 @@ class ByHand:
                 f"model is {settings.model!r}, but {self.path.stem} knows Kelvin-Voigt tissue "
                 "only: choose a Kalman filter such as robust_ekf, or leave model empty"
             )
-        layout = Layout(("tip_position", "tip_velocity", "stiffness", "damping"))
+        layout = StateLayout(("tip_position", "tip_velocity", "stiffness", "damping"))
         # A rigid probe's load cell yields nothing: the limit.
         stiff = {"load_cell_stiffness": math.inf, "load_cell_damping": 0.0}
         led = RIGS[settings.rig].tip_is_position
         plan = Plan(self.path.stem, layout, is_kalman=False, tool=stiff if led else {})
         return Draft(plan, lambda: _code(self.path.stem, lambda: self._source(layout)))
 
-    def _source(self, layout: Layout) -> str:
+    def _source(self, layout: StateLayout) -> str:
         from tissue_probe.estimation.generate import source_by_hand
 
         return source_by_hand(layout, self.path)

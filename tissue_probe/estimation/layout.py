@@ -64,7 +64,7 @@ CEILING = {"force_offset": 100.0}
 
 
 @dataclass(frozen=True)
-class Layout:
+class StateLayout:
     """Places of the numbers of a filter whose states are ``states``, motion first.
 
     Attributes

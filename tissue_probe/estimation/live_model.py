@@ -14,7 +14,7 @@ from pathlib import Path
 
 import sympy as sp
 
-from tissue_probe.estimation.layout import Layout, Prior
+from tissue_probe.estimation.layout import Prior, StateLayout
 from tissue_probe.estimation.settings import EstimatorSettings
 from tissue_probe.physics.effects import Effect
 from tissue_probe.physics.effects.effect import (
@@ -78,7 +78,7 @@ class LiveModel:
             return ""
         return str(position.subs({s: self.values.get(str(s), s) for s in position.free_symbols}))
 
-    def layout(self, extra: Mapping[str, float]) -> Layout:
+    def layout(self, extra: Mapping[str, float]) -> StateLayout:
         """Return where the filter's numbers live; ``extra`` are the estimator's own."""
         model = self.model
         states = tuple(map(str, [*model.states, *model.parameters]))
@@ -88,7 +88,7 @@ class LiveModel:
             extra = {**extra, "POSITION_BEFORE": 0.0}
         names = [str(symbol) for symbol in model.constants]
         known = {name: self.values[name] for name in names if name not in TOOL}
-        return Layout(states, extra, known, self.priors)
+        return StateLayout(states, extra, known, self.priors)
 
     @property
     def delay(self) -> float:

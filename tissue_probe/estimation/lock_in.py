@@ -57,7 +57,7 @@ OFFSET = True  # which the fit's constant takes up
 # the damping may be a small part of the impedance.
 UNSTEADY = 1e-4
 # Periods after which hardly anything (e^-3) is left of how the motion began.
-SETTLED = 3.0
+SETTLED_PERIODS = 3.0
 
 
 @njit(error_model="numpy")
@@ -208,7 +208,7 @@ def run(
             if settled:
                 judge_noise(memory, innovation * innovation / variance)
                 standard = innovation / math.sqrt(variance)
-                if memory[COUNT] >= SETTLED * one_period:
+                if memory[COUNT] >= SETTLED_PERIODS * one_period:
                     judge_model(constants, memory, position[sample], innovation, standard)
             else:  # nothing was predicted yet
                 variance += innovation * innovation

@@ -25,7 +25,7 @@ import numpy as np
 from tissue_probe.mapping.palpated_sites import PalpatedSites, Place, place_of
 from tissue_probe.mapping.site_result import SiteResult
 from tissue_probe.mapping.stiffness_map import StiffnessMapData
-from tissue_probe.mapping.verdict import USABLE, Verdict, verdict_of
+from tissue_probe.mapping.verdict import USABLE, CellVerdict, verdict_of
 from tissue_probe.signals import (
     NOT_TOUCHED,
     FloatArray,
@@ -194,10 +194,10 @@ class Dwell:
         }
         return {name: found[-1] for name, found in counted.items() if found}
 
-    def verdict(self) -> Verdict:
+    def verdict(self) -> CellVerdict:
         """Return why the dwell gives a value, or none."""
         if self.leaving in NOT_TOUCHED:
-            return Verdict.CONTACT_NOT_FOUND
+            return CellVerdict.CONTACT_NOT_FOUND
         return verdict_of(judged.status for judged in self.last().values())
 
 
@@ -368,7 +368,7 @@ class MapBuilder:
         """
         grid, cells = self._sites.cells()
         layers = np.full((5, *grid.shape), np.nan)
-        verdicts = np.full(grid.shape, Verdict.NOT_PALPATED, dtype=np.uint8)
+        verdicts = np.full(grid.shape, CellVerdict.NOT_PALPATED, dtype=np.uint8)
         begins = np.zeros(grid.shape, dtype=np.int64)
         stamp = 0
         for place, cell in cells.items():
@@ -413,10 +413,10 @@ def _result(dwell: Dwell, repeat: int) -> SiteResult:
 
 #: Verdicts by which an estimator has said something of the tissue.
 _JUDGEMENTS = {
-    Verdict.MEASURED,
-    Verdict.DISTURBED,
-    Verdict.NO_CONTACT,
-    Verdict.MODEL_REJECTED,
+    CellVerdict.MEASURED,
+    CellVerdict.DISTURBED,
+    CellVerdict.NO_CONTACT,
+    CellVerdict.MODEL_REJECTED,
 }
 
 

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from tissue_probe.mapping.sites import Sites
-from tissue_probe.mapping.verdict import Verdict
+from tissue_probe.mapping.verdict import CellVerdict
 from tissue_probe.signals import NANOSECONDS, Leaving
 
 
@@ -52,7 +52,7 @@ class SiteResult:
     covariance_trace: float
     stiffness_stddev: float
     damping_stddev: float
-    verdict: Verdict
+    verdict: CellVerdict
     leaving: Leaving
 
     @property

@@ -33,7 +33,7 @@ class StiffnessMapData:
     stiffness_stddev, damping_stddev : array
         Standard deviation of k [N/m] and of beta [N s/m], with the spread between the estimators.
     verdict : array of uint8
-        The ``Verdict`` of each cell.
+        The ``CellVerdict`` of each cell.
     dwell_begin : array of int64
         When the dwell began that the cell tells of [ns since the epoch]; 0 where none is known. An
         earlier scan's value stays where this one found none: its time tells so.

@@ -11,7 +11,7 @@ from tissue_probe.signals import Status
 USABLE = (Status.CONVERGED, Status.DISTURBED)
 
 
-class Verdict(IntEnum):
+class CellVerdict(IntEnum):
     """The reason of each cell (the constants of ``StiffnessMap.msg``)."""
 
     NOT_PALPATED = 0
@@ -26,20 +26,20 @@ class Verdict(IntEnum):
 
 #: Which reason is told where estimators of one dwell differ and none is usable: the gravest first.
 _GRAVEST = (
-    (Status.MODEL_REJECTED, Verdict.MODEL_REJECTED),
-    (Status.NO_CONTACT, Verdict.NO_CONTACT),
-    (Status.CONVERGING, Verdict.NOT_CONVERGED),
+    (Status.MODEL_REJECTED, CellVerdict.MODEL_REJECTED),
+    (Status.NO_CONTACT, CellVerdict.NO_CONTACT),
+    (Status.CONVERGING, CellVerdict.NOT_CONVERGED),
 )
 
 
-def verdict_of(statuses: Iterable[int]) -> Verdict:
+def verdict_of(statuses: Iterable[int]) -> CellVerdict:
     """Return the verdict of a dwell from the status with which each estimator ended it.
 
     A usable estimator settles it; a disturbance that one usable estimator saw is told.
     """
     ended = set(statuses)
     if Status.DISTURBED in ended:
-        return Verdict.DISTURBED
+        return CellVerdict.DISTURBED
     if Status.CONVERGED in ended:
-        return Verdict.MEASURED
-    return next((why for status, why in _GRAVEST if status in ended), Verdict.NO_ESTIMATE)
+        return CellVerdict.MEASURED
+    return next((why for status, why in _GRAVEST if status in ended), CellVerdict.NO_ESTIMATE)

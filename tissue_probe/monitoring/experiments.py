@@ -24,7 +24,7 @@ from tissue_probe.signals import FloatArray
 #: travel may grow faster than the command, and the driver's own limits stop it.
 SHARE_OF_LIMIT = 0.5
 #: The quantities of an excitation that are frequencies [Hz].
-FREQUENCIES = {"frequency", "start", "stop"}
+FREQUENCY_QUANTITIES = {"frequency", "start", "stop"}
 
 
 @dataclass(frozen=True)
@@ -227,7 +227,7 @@ def largest_volts(bounds: ExcitationBounds, coil: CoilResponse) -> float:
 
 def _find_band(excitation: Mapping[str, object]) -> tuple[float, float]:
     """Return the lowest and the highest frequency of an excitation [Hz]."""
-    found = [float(str(excitation[name])) for name in FREQUENCIES & {*excitation}]
+    found = [float(str(excitation[name])) for name in FREQUENCY_QUANTITIES & {*excitation}]
     return min(found), max(found)
 
 

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from tissue_probe.monitoring.experiments import ExcitationBounds
-from tissue_probe.monitoring.question import Verdict, touch_anywhere
+from tissue_probe.monitoring.question import MonitorAnswer, touch_anywhere
 from tissue_probe.monitoring.tested_model import TestedModel
 from tissue_probe.signals import FloatArray
 
@@ -69,7 +69,7 @@ class RecordsQuestion:
 
 
 @dataclass(frozen=True)
-class RecordsVerdict(Verdict):
+class RecordsVerdict(MonitorAnswer):
     """The answer.
 
     Attributes

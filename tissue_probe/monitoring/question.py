@@ -15,7 +15,7 @@ from tissue_probe.signals import FloatArray, SampleBlock
 
 
 @dataclass(frozen=True)
-class Question:
+class MonitorQuestion:
     """Samples, and the model that is asked about.
 
     Attributes
@@ -42,7 +42,7 @@ class Question:
 
 
 @dataclass(frozen=True)
-class Verdict:
+class MonitorAnswer:
     """The answer.
 
     Attributes
@@ -75,13 +75,13 @@ class Verdict:
 
 def question(
     model: TestedModel, block: SampleBlock, file: str = "", effects: tuple[str, ...] = ()
-) -> Question:
+) -> MonitorQuestion:
     """Ask which effect a model misses on samples, which are finite.
 
     The tip may touch anywhere, as in the test: about the lower end of its travel, as far as that is
     long.
     """
-    return Question(
+    return MonitorQuestion(
         block.position,
         block.force,
         block.sample_period,

@@ -41,7 +41,7 @@ from tissue_probe.signals import BoolArray, FloatArray
 
 #: A search ends where a step would lower the cost by less than this: of K - p, about a hundred and
 #: more, it is beside the scatter of sqrt(2 (K - p)) nothing.
-SETTLED = 0.1
+SETTLED_COST = 0.1
 #: Steps of a search at the most: a linear model settles in three.
 MOST_STEPS = 20
 #: A step that raises the cost is damped so many times more, up to the most.
@@ -193,7 +193,7 @@ class _Search:
             self.noise = self._white(self.at.cosines)
             cost = self.cost(self.at)
             step, promised = self._step(self.at, damping)
-            if not promised > SETTLED:
+            if not promised > SETTLED_COST:
                 break
             there = self._move(step)
             if self.cost(there) < cost:

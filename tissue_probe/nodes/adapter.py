@@ -21,7 +21,7 @@ from tissue_probe.nodes.inbox import Inbox
 from tissue_probe.nodes.own_time import OwnTime
 from tissue_probe.nodes.parameters import declare, read
 from tissue_probe.nodes.process import run
-from tissue_probe.nodes.qos import BLOCKS, PER_SAMPLE
+from tissue_probe.nodes.qos import PER_SAMPLE, SAMPLE_BLOCKS
 from tissue_probe.nodes.timers import every
 from tissue_probe.recording.clocks.channel import Fault, MessageChannel
 from tissue_probe.recording.robot.adapter import Adapter
@@ -33,7 +33,7 @@ from tissue_probe_msgs.msg import ProbeSamples
 #: Time between two looks at the messages that have come [s]: a look costs as much as some tens of
 #: messages, and estimates wait no longer than two periods of the fastest pose that a robot
 #: controller sends.
-INTERVAL = 0.01
+MESSAGE_LOOK_INTERVAL = 0.01
 #: By how much a rate may differ from that stated before it is told: jitter of a second's count is
 #: less, and at more messages are bridged or left out that should not be.
 OFF_RATE = 0.2
@@ -47,7 +47,7 @@ class AdapterSettings(RobotDescription):
     frame_id: str = setting("probe", "", "frame of the samples")
 
 
-class Heard:
+class HeardTopic:
     """One of the two topics: how it is heard, and how it goes with it.
 
     Attributes
@@ -119,14 +119,14 @@ class AdapterNode(Node):
         settings = read(self, AdapterSettings)
         self._frame_id = settings.frame_id
         self._adapter = adapter = Adapter(settings)
-        self._publisher = self.create_publisher(ProbeSamples, "samples", BLOCKS)
+        self._publisher = self.create_publisher(ProbeSamples, "samples", SAMPLE_BLOCKS)
         self._inbox = Inbox(self)
         kind = JointState if settings.joint else PoseStamped
         position = self._hear(kind, settings.position, adapter.take_position)
         force = self._hear(WrenchStamped, settings.force, adapter.take_force)
         self._heard = (
-            Heard(adapter.position, position, settings.position_rate),
-            Heard(adapter.force, force, settings.force_rate),
+            HeardTopic(adapter.position, position, settings.position_rate),
+            HeardTopic(adapter.force, force, settings.force_rate),
         )
         self._joint = settings.joint
         self._looked = time.monotonic()
@@ -134,7 +134,7 @@ class AdapterNode(Node):
         self._rate = Rate()
         self._told = ""
         self._zero_told = False
-        every(INTERVAL, self, self._adapt)
+        every(MESSAGE_LOOK_INTERVAL, self, self._adapt)
         Diagnostics(self, self._examine)
         self.get_logger().info(
             f"hearing {settings.position} and {settings.force}; nothing is commanded"

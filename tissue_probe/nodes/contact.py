@@ -12,7 +12,7 @@ from pydantic import BaseModel
 
 from tissue_probe.errors import TissueProbeError
 from tissue_probe.mapping.touch import Touch
-from tissue_probe.nodes.robot import INTERVAL, Robot
+from tissue_probe.nodes.robot import SETPOINT_INTERVAL, Robot
 from tissue_probe.settings import setting
 from tissue_probe.signals import NANOSECONDS, FloatArray, Leaving
 
@@ -114,7 +114,7 @@ def lower_to_contact(
     def stay() -> None:
         """Let a whole period of the samples be of the tip at rest here."""
         # By the samples' own time: they may come late.
-        end = now() + round((touch.period + INTERVAL) * NANOSECONDS)
+        end = now() + round((touch.period + SETPOINT_INTERVAL) * NANOSECONDS)
         robot.hold(lambda: touch.reached >= end, careful)
 
     depth = settings.contact_search

@@ -17,7 +17,7 @@ from tissue_probe.nodes.timers import every
 DISABLED, ENABLED, PAUSED, FAULT = STATES = ("DISABLED", "ENABLED", "PAUSED", "FAULT")
 
 #: The state after a command in a state; other commands are invalid there, and change nothing.
-TRANSITIONS = {
+STATE_AFTER_COMMAND = {
     (DISABLED, "enable"): ENABLED,
     (DISABLED, "disable"): DISABLED,
     (ENABLED, "enable"): ENABLED,

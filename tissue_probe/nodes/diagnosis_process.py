@@ -6,11 +6,11 @@ Contents: starting it.
 from __future__ import annotations
 
 from tissue_probe.monitoring.identification import RecordsQuestion
-from tissue_probe.monitoring.question import Question
+from tissue_probe.monitoring.question import MonitorQuestion
 from tissue_probe.nodes.side_process import SideProcess
 
 
-def start_diagnosis(question: Question | RecordsQuestion) -> SideProcess:
+def start_diagnosis(question: MonitorQuestion | RecordsQuestion) -> SideProcess:
     """Return a process that says the verdict, when it has one."""
     # By its name: what it imports would take the node a second.
     process = SideProcess("tissue_probe.analysis.monitor_worker", question, "diagnoses")

@@ -35,11 +35,11 @@ from tissue_probe.nodes.lifecycle import SturdyLifecycleNode
 from tissue_probe.nodes.loan_watch import LoanWatch
 from tissue_probe.nodes.parameters import declare, follow_changes, read
 from tissue_probe.nodes.process import run
-from tissue_probe.nodes.qos import BLOCKS, POSES
+from tissue_probe.nodes.qos import POSES, SAMPLE_BLOCKS
 from tissue_probe.nodes.real_time import ask_for_locked_memory, ask_for_priority
 from tissue_probe.nodes.sample_publisher import SamplePublisher
 from tissue_probe.nodes.scan_watch import ScanWatch
-from tissue_probe.nodes.tare import Tare
+from tissue_probe.nodes.tare import RunningTare
 from tissue_probe.nodes.timers import every
 from tissue_probe.settings import SettingsError, setting
 from tissue_probe_msgs.msg import ProbeSamples
@@ -54,7 +54,7 @@ LONGEST_READ = 10
 TOLD = ("device_description", "calibration")
 
 #: Below this part of its rate the device is too slow, and the driver warns.
-SLOW = 0.95
+SLOW_DEVICE_SHARE = 0.95
 
 #: Above this delay of a wake-up, the driver warns [s].
 LATE = 0.05
@@ -124,7 +124,7 @@ class _Acquisition(NamedTuple):
 
     device: GuardedDevice
     publisher: SamplePublisher
-    tare: Tare
+    tare: RunningTare
 
 
 class Driver(SturdyLifecycleNode):
@@ -158,7 +158,7 @@ class Driver(SturdyLifecycleNode):
         self._thread: threading.Thread | None = None
         self._stopping = threading.Event()
         self._interlock = Interlock()
-        self._tare: Tare | None = None
+        self._tare: RunningTare | None = None
         self._real_time: dict[str, object] = {}
         self._shed_told = False
         self._malformed_poses = 0
@@ -196,7 +196,7 @@ class Driver(SturdyLifecycleNode):
             settings = read(self, DriverSettings)
             calibration_file = settings.calibration_file or stock_configuration("calibration.yaml")
             calibration = Calibration.load(calibration_file)
-            self._tare = Tare(calibration)
+            self._tare = RunningTare(calibration)
             chosen = DEVICES[settings.device]
             device_settings = read(self, chosen.settings, f"{settings.device}.")
             limits = read(self, Limits, "limits.")
@@ -480,7 +480,7 @@ class Driver(SturdyLifecycleNode):
         """Hear the topic of samples, or cease to: it costs as much as an estimator."""
         if wanted and self._foreign_samples is None:
             self._foreign_samples = self.create_subscription(
-                ProbeSamples, "samples", self._on_any_samples, BLOCKS, raw=True
+                ProbeSamples, "samples", self._on_any_samples, SAMPLE_BLOCKS, raw=True
             )
         elif not wanted and self._foreign_samples is not None:
             self.destroy_subscription(self._foreign_samples)
@@ -567,7 +567,7 @@ def slowness(lateness: float, rate: float, due: float) -> str:
     """
     if lateness > LATE:
         return f"a sample was fetched {1e3 * lateness:.0f} ms late"
-    if rate < SLOW * due:
+    if rate < SLOW_DEVICE_SHARE * due:
         return f"{rate:.0f} samples a second come, not {due:g}"
     return ""
 

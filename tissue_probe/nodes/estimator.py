@@ -20,7 +20,7 @@ from tissue_probe.nodes.diagnostics import ERROR, OK, STALE, WARN, Diagnostics, 
 from tissue_probe.nodes.model_changes import OF_MODEL, ModelChanges
 from tissue_probe.nodes.parameters import declare, read
 from tissue_probe.nodes.process import run_together
-from tissue_probe.nodes.qos import BLOCKS, LATCHED
+from tissue_probe.nodes.qos import LATCHED, SAMPLE_BLOCKS
 from tissue_probe.nodes.repeats import SINGLE_VALUES
 from tissue_probe.nodes.sample_stream import SampleStream
 from tissue_probe.settings import setting
@@ -35,7 +35,7 @@ from tissue_probe.signals import (
 from tissue_probe_msgs import msg
 
 #: Longest start without a word [s]: a filter is found again in less, and else is compiled first.
-SILENCE = 3.0
+LONGEST_SILENT_START = 3.0
 #: The health's sentence on a status that gives reason to look.
 _DOUBTS = {
     Status.MODEL_REJECTED.name: "the innovations contradict the model; the estimate is not usable",
@@ -90,10 +90,10 @@ class EstimatorNode(Node):
         self._rate = Rate()
         self._latest: TissueEstimates | None = None
         publish = self.create_publisher
-        self._estimates = publish(msg.TissueEstimate, f"{self._name}/estimate", BLOCKS)
+        self._estimates = publish(msg.TissueEstimate, f"{self._name}/estimate", SAMPLE_BLOCKS)
         self._models = publish(msg.EstimatorModel, f"{self._name}/model", LATCHED)
         self._values = {
-            name: publish(Float64, f"{self._name}/{name}", BLOCKS) for name in SINGLE_VALUES
+            name: publish(Float64, f"{self._name}/{name}", SAMPLE_BLOCKS) for name in SINGLE_VALUES
         }
 
     def hear(self, stream: SampleStream) -> None:
@@ -103,7 +103,7 @@ class EstimatorNode(Node):
 
     def _made(self, settings: EstimatorSettings) -> Estimator:
         """Make the filter; where that takes long, say why."""
-        told = threading.Timer(SILENCE, self.get_logger().info, [COMPILING])
+        told = threading.Timer(LONGEST_SILENT_START, self.get_logger().info, [COMPILING])
         told.daemon = True
         told.start()
         try:

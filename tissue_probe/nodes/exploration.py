@@ -24,7 +24,7 @@ from tissue_probe.mapping.fusion import MapBuilder
 from tissue_probe.mapping.polygon import Polygon
 from tissue_probe.mapping.site_result import SiteResult, sites_of
 from tissue_probe.nodes.decision_process import DecisionProcess
-from tissue_probe.nodes.scan_sources import PATIENCE, UNTOLD, Site, Source, Wait
+from tissue_probe.nodes.scan_sources import LONGEST_DECISION, UNTOLD, Site, Source, Wait
 from tissue_probe.nodes.site_outcomes import SiteOutcomes
 from tissue_probe_msgs import msg
 from tissue_probe_msgs.action import Explore
@@ -233,8 +233,8 @@ class ExploredSites(Source):
         return found
 
     def _wait_for(self, future: Future[Any], wait: Wait) -> Any:
-        if not wait(future.done, PATIENCE):
-            raise TissueProbeError(f"a decision took more than {PATIENCE:g} s")
+        if not wait(future.done, LONGEST_DECISION):
+            raise TissueProbeError(f"a decision took more than {LONGEST_DECISION:g} s")
         return future.result()
 
     def _site(self, place: tuple[float, float]) -> Site:

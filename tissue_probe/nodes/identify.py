@@ -49,16 +49,16 @@ from tissue_probe.settings import SettingsError, build, setting
 from tissue_probe.signals import PalpationSite, Phase, SampleBlock
 from tissue_probe_msgs.action import Identify
 
-DRIVER = "driver"
+DRIVER_NAME = "driver"
 #: Time between two looks at what is waited for [s].
-INTERVAL = 0.02
+EVENT_LOOK_INTERVAL = 0.02
 #: Time between two messages of feedback [s].
 FEEDBACK = 1.0
 #: Longest wait for an answer of the driver [s]: it ends its samples' delivery before it answers,
 #: for which it takes 5 s at the most, and a request that was lost is repeated after as many.
-ANSWER = 12.0
+LONGEST_DRIVER_WAIT = 12.0
 #: Longest wait until samples of an excitation come [s]: they come at once, but for a late machine.
-SILENCE = 5.0
+LONGEST_EXCITATION_WAIT = 5.0
 #: Longest time that the node takes to put the driver back when it is told to end [s]: ros2 launch
 #: kills a process ten seconds after Ctrl-C.
 ENDING = 8.0
@@ -100,7 +100,7 @@ class TimeSpent(Exception):
 
 
 #: Errors by which an identification ends with a sentence.
-FORESEEN = (IdentificationStopped, DriverUnwilling, TissueProbeError, OSError)
+IDENTIFICATION_FAILURES = (IdentificationStopped, DriverUnwilling, TissueProbeError, OSError)
 
 
 class _Recording:
@@ -160,7 +160,7 @@ class IdentifyNode(Node):
             self._model = load_tested_model(MonitorSettings(**given))
         except TissueProbeError as error:
             raise SettingsError(sentence(error)) from None
-        self._driver = RemoteDriver(self, DRIVER)
+        self._driver = RemoteDriver(self, DRIVER_NAME)
         self._busy = threading.Lock()
         self._told_to_end = threading.Event()
         self._site: PalpationSite | None = None
@@ -186,7 +186,9 @@ class IdentifyNode(Node):
         deadline = time.monotonic() + ENDING
         while self._busy.locked() and time.monotonic() < deadline:
             assert self.executor is not None, "it is busy, so it is spun"
-            self.executor.spin_once(timeout_sec=INTERVAL)  # answers of the driver, and the result
+            self.executor.spin_once(
+                timeout_sec=EVENT_LOOK_INTERVAL
+            )  # answers of the driver, and the result
         self._stream.end()
         self._server.destroy()
         super().destroy_node()
@@ -231,7 +233,7 @@ class IdentifyNode(Node):
             work.end, ended = f"cancelled{work.reached}", goal.canceled
         except Exception as error:  # someone must hear of any error
             work.end, ended = f"stopped: {_say(error)}", goal.abort
-            if not isinstance(error, FORESEEN):
+            if not isinstance(error, IDENTIFICATION_FAILURES):
                 self.get_logger().error(traceback.format_exc())
         result = work.result()
         ended()
@@ -289,7 +291,7 @@ class IdentifyNode(Node):
         )
         path = work.folder(self._settings.output) / f"record_{number}.mcap"
         parameters = {f"excitation.{name}": value for name, value in whole.items()}
-        samples, driver = self.resolve_topic_name("samples"), self.resolve_service_name(DRIVER)
+        samples, driver = self.resolve_topic_name("samples"), self.resolve_service_name(DRIVER_NAME)
         recording = _Recording(
             RecordCollector(whole, seconds, str(path)),
             RecordFile(path, samples, driver, parameters),
@@ -314,14 +316,15 @@ class IdentifyNode(Node):
             self._check(work)
             if recording.failure is not None:
                 raise IdentificationStopped(str(recording.failure))
-            if time.monotonic() - recording.heard > SILENCE:
+            if time.monotonic() - recording.heard > LONGEST_EXCITATION_WAIT:
                 topic = self.resolve_topic_name("samples")
                 raise IdentificationStopped(
-                    f"no samples of this excitation come on {topic} for {SILENCE:g} s: is the "
-                    "driver running, and does nobody else command it?"
+                    f"no samples of this excitation come on {topic} for "
+                    f"{LONGEST_EXCITATION_WAIT:g} s: is the driver running, and does nobody else "
+                    "command it?"
                 )
             self._tell(work, f"records, {recording.collector.seconds:.1f} s so far")
-            time.sleep(INTERVAL)
+            time.sleep(EVENT_LOOK_INTERVAL)
         return record
 
     def _diagnose(self, work: _Work, bounds: ExcitationBounds) -> RecordsVerdict:
@@ -336,7 +339,7 @@ class IdentifyNode(Node):
             while not process.has_said():
                 self._check(work)
                 self._tell(work, f"diagnoses {len(work.records)} records")
-                time.sleep(INTERVAL)
+                time.sleep(EVENT_LOOK_INTERVAL)
             verdict = process.hear()
         finally:
             process.close()
@@ -366,15 +369,15 @@ class IdentifyNode(Node):
         """Return how to wait for an answer of the driver."""
 
         def wait(condition: Callable[[], bool]) -> None:
-            deadline = time.monotonic() + ANSWER
+            deadline = time.monotonic() + LONGEST_DRIVER_WAIT
             while not condition():
                 check()
                 if time.monotonic() > deadline:
                     raise IdentificationStopped(
-                        f"the driver does not answer for {ANSWER:g} s: if it runs, look whether "
-                        "its excitation is the one that you gave"
+                        f"the driver does not answer for {LONGEST_DRIVER_WAIT:g} s: if it runs, "
+                        "look whether its excitation is the one that you gave"
                     )
-                time.sleep(INTERVAL)
+                time.sleep(EVENT_LOOK_INTERVAL)
 
         return wait
 
@@ -461,8 +464,12 @@ class _Work:
 
 def _say(error: BaseException) -> str:
     """Say why an identification ends; if two errors came one after the other, both."""
-    before = f"{_say(error.__context__)}; " if isinstance(error.__context__, FORESEEN) else ""
-    if not isinstance(error, FORESEEN):
+    before = (
+        f"{_say(error.__context__)}; "
+        if isinstance(error.__context__, IDENTIFICATION_FAILURES)
+        else ""
+    )
+    if not isinstance(error, IDENTIFICATION_FAILURES):
         return f"{before}a fault of the node identify, {type(error).__name__}: {error}"
     return f"{before}{sentence(error)}"
 

@@ -17,7 +17,7 @@ from tissue_probe.nodes.lease import Lease
 from tissue_probe.settings import Settings, SettingsError
 
 #: Characters of a message that the log quotes: more than an excitation has.
-SHOWN = 200
+MOST_QUOTED = 200
 
 
 class LoanWatch:
@@ -59,7 +59,7 @@ class LoanWatch:
         except (ValidationError, SettingsError):
             self._node.get_logger().error(
                 f"a message on {self._lease.topic_name} is no excitation, and is passed over: "
-                f"{message.data[:SHOWN]!r}"
+                f"{message.data[:MOST_QUOTED]!r}"
             )
 
     def _on_loss(self) -> None:

@@ -19,7 +19,7 @@ from tissue_probe.mapping import site_results
 from tissue_probe.mapping.kept_map import KeptMap
 from tissue_probe.mapping.site_result import SiteResult
 from tissue_probe.mapping.stiffness_map import StiffnessMapData
-from tissue_probe.mapping.verdict import Verdict
+from tissue_probe.mapping.verdict import CellVerdict
 from tissue_probe.nodes.cdr import estimate_from_cdr
 from tissue_probe.nodes.conversions import site_from_message, to_time
 from tissue_probe.nodes.diagnostics import OK, STALE, Diagnostics, Health, Rate
@@ -35,7 +35,7 @@ from tissue_probe.nodes.map_messages import (
 )
 from tissue_probe.nodes.parameters import declare, read
 from tissue_probe.nodes.process import run
-from tissue_probe.nodes.qos import ANNOUNCEMENTS, BLOCKS, LATCHED
+from tissue_probe.nodes.qos import ANNOUNCEMENTS, LATCHED, SAMPLE_BLOCKS
 from tissue_probe.nodes.scan_watch import ScanWatch
 from tissue_probe.nodes.timers import every
 from tissue_probe.settings import setting
@@ -49,7 +49,7 @@ from tissue_probe_msgs.msg import (
 )
 
 #: Time between two looks at the messages that arrived [s].
-INTERVAL = 0.1
+ESTIMATE_LOOK_INTERVAL = 0.1
 
 
 class MapperSettings(FusedEstimators, ErringSites):
@@ -94,10 +94,10 @@ class Mapper(Node):
         self._inbox.subscribe(PalpationSite, "palpation_site", ANNOUNCEMENTS, self._on_site)
         for name in settings.estimators:
             topic = f"{name}/estimate"
-            self._inbox.subscribe(TissueEstimate, topic, BLOCKS, self._on_estimate, raw=True)
+            self._inbox.subscribe(TissueEstimate, topic, SAMPLE_BLOCKS, self._on_estimate, raw=True)
         # As long as a scan may be silent by its own promise; a scan that was only late says so.
         self._scan_watch = ScanWatch(self, PALPATION_LEASE, self._on_silent_scan)
-        every(INTERVAL, self, self._update)
+        every(ESTIMATE_LOOK_INTERVAL, self, self._update)
         Diagnostics(self, self._examine)
 
     def _stock_results_file(self) -> Path:
@@ -209,8 +209,8 @@ class Mapper(Node):
             "achieved rate [estimates/s]": f"{rate:.0f}",
             **{
                 f"cells {verdict.name}": int((verdicts == verdict).sum())
-                for verdict in Verdict
-                if verdict != Verdict.NOT_PALPATED
+                for verdict in CellVerdict
+                if verdict != CellVerdict.NOT_PALPATED
             },
         }
         if not rate:

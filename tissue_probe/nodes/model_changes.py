@@ -23,9 +23,9 @@ from tissue_probe.settings import Settings
 OF_MODEL = ("model", "effects")
 #: Longest wait for a model that is read [s]: on an idle machine it takes about two, and beside
 #: processes that want all of it ten times as long.
-PATIENCE = 60.0
+LONGEST_MODEL_WAIT = 60.0
 #: Time between two looks at a model under way [s]: it takes many times as long.
-LOOK = 0.25
+MODEL_LOOK_INTERVAL = 0.25
 
 
 class ModelChanges(Generic[Settings]):
@@ -68,7 +68,7 @@ class ModelChanges(Generic[Settings]):
         self._is_putting_back = False
         self.failure = ""
         follow_changes(node, {"": settings}, self._on_change, examine=self._examine)
-        every(LOOK, node, self._look)
+        every(MODEL_LOOK_INTERVAL, node, self._look)
 
     def close(self) -> None:
         """End a process under way."""
@@ -94,11 +94,11 @@ class ModelChanges(Generic[Settings]):
             return ""
         process = start_compiling(self._ask(settings))
         try:
-            if not process.has_said(PATIENCE):
+            if not process.has_said(LONGEST_MODEL_WAIT):
                 process.close()
                 return (
-                    f"the model was not read within {PATIENCE:g} s: the machine is too busy; ask "
-                    "again"
+                    f"the model was not read within {LONGEST_MODEL_WAIT:g} s: the machine is too "
+                    "busy; ask again"
                 )
             process.hear()
         except SideFailed as error:

@@ -10,7 +10,7 @@ from std_srvs.srv import Trigger
 
 from tissue_probe.errors import TissueProbeError
 from tissue_probe.monitoring.monitor import Monitor
-from tissue_probe.monitoring.question import Verdict, question
+from tissue_probe.monitoring.question import MonitorAnswer, question
 from tissue_probe.monitoring.settings import MonitorSettings
 from tissue_probe.monitoring.tested_model import TestedModelToCompile, load_tested_model
 from tissue_probe.monitoring.window_test import Tested
@@ -30,7 +30,7 @@ from tissue_probe.signals import PalpationSite, SampleBlock
 from tissue_probe_msgs.msg import ModelVerdict
 
 #: Time between two looks at a diagnosis under way [s]: it takes many times as long.
-LOOK = 0.25
+DIAGNOSIS_LOOK_INTERVAL = 0.25
 SILENT = "no samples come: activate the driver, or start the adapter, then ask again"
 SECOND = (
     "several nodes publish model_verdict, so verdicts are mixed: end all monitors of this "
@@ -75,7 +75,7 @@ class MonitorNode(Node):
         self._verdicts = self.create_publisher(ModelVerdict, "model_verdict", LATCHED)
         self.create_service(Trigger, "~/diagnose", self._on_request)
         self._stream = SampleStream(self, [self])
-        every(LOOK, self, self._look)
+        every(DIAGNOSIS_LOOK_INTERVAL, self, self._look)
         Diagnostics(self, self._examine)
 
     def destroy_node(self) -> None:
@@ -177,7 +177,7 @@ class MonitorNode(Node):
         self.get_logger().info(self._latest)
         self._verdicts.publish(self._message(verdict, self._of))
 
-    def _message(self, verdict: Verdict, block: SampleBlock) -> ModelVerdict:
+    def _message(self, verdict: MonitorAnswer, block: SampleBlock) -> ModelVerdict:
         return ModelVerdict(
             header=Header(stamp=to_time(block.stamp), frame_id=self._frame),
             span=len(block) * block.sample_period,

@@ -10,11 +10,11 @@ import time
 
 #: Longest time between two looks that counts as looking [s]: some steps of a loop of 10 ms, in
 #: which the threads that receive have run, too.
-LONGEST_STEP = 0.03
+LONGEST_LOOK_STEP = 0.03
 
 
 class OwnTime:
-    """A clock that goes on with the monotonic one, but by ``LONGEST_STEP`` a look at most."""
+    """A clock that goes on with the monotonic one, but by ``LONGEST_LOOK_STEP`` a look at most."""
 
     def __init__(self) -> None:
         self._time = 0.0
@@ -23,6 +23,6 @@ class OwnTime:
     def __call__(self) -> float:
         """Look; return the time [s]."""
         now = time.monotonic()
-        self._time += min(now - self._looked, LONGEST_STEP)
+        self._time += min(now - self._looked, LONGEST_LOOK_STEP)
         self._looked = now
         return self._time

@@ -6,7 +6,7 @@ from rclpy.qos import DurabilityPolicy, LivelinessPolicy, QoSProfile, Reliabilit
 from tissue_probe.devices.limits import PALPATION_LEASE
 
 #: Sample blocks and estimates: five seconds at 200 Hz.
-BLOCKS = QoSProfile(depth=1000, reliability=ReliabilityPolicy.RELIABLE)
+SAMPLE_BLOCKS = QoSProfile(depth=1000, reliability=ReliabilityPolicy.RELIABLE)
 
 #: One message a sample: one second at 2 kHz.
 PER_SAMPLE = QoSProfile(depth=2000, reliability=ReliabilityPolicy.RELIABLE)

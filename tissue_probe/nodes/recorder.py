@@ -33,7 +33,7 @@ from tissue_probe.signals import NANOSECONDS
 
 #: Time between two looks at the messages that arrived [s]; with the writer's flush it bounds the
 #: loss of a killed recorder.
-INTERVAL = 0.1
+RECORD_LOOK_INTERVAL = 0.1
 #: Time between two looks for new topics and nodes [s].
 DISCOVERY_INTERVAL = 0.5
 #: The quality of service asked for where every publisher offers it; so many messages are kept
@@ -93,7 +93,7 @@ class Recorder(Node):
         self.create_subscription(
             ParameterEvent, "/parameter_events", self._on_parameter_event, QoSProfile(depth=100)
         )
-        every(INTERVAL, self, self._record)
+        every(RECORD_LOOK_INTERVAL, self, self._record)
         every(DISCOVERY_INTERVAL, self, self._discover)
         Diagnostics(self, self._examine)
         self.get_logger().info(f"recording to {self._path}")

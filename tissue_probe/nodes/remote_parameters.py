@@ -15,9 +15,9 @@ from rclpy.task import Future
 from tissue_probe.nodes.timers import every
 
 #: Time between two looks whether those that are to be asked can be [s].
-INTERVAL = 0.1
+NODE_LOOK_INTERVAL = 0.1
 #: Time without an answer after which a node is asked once more [s].
-PATIENCE = 3.0
+REPEAT_AFTER = 3.0
 
 #: Called with a node's full name and the values of all its parameters by name.
 Told = Callable[[str, dict[str, object]], None]
@@ -33,7 +33,7 @@ class RemoteParameters:
     def __init__(self, node: Node, on_values: Told) -> None:
         self._node, self._on_values = node, on_values
         self._questions: dict[str, _Question] = {}
-        every(INTERVAL, node, self._pursue)
+        every(NODE_LOOK_INTERVAL, node, self._pursue)
 
     def follow(self, nodes: Collection[str]) -> None:
         """Ask those of ``nodes``, by full name, that were not there before; forget all others."""
@@ -73,7 +73,7 @@ class _Question:
 
     def pursue(self) -> None:
         """Ask if that has not been done lately, and the target can be reached."""
-        if self._ended or time.monotonic() - self._asked_at < PATIENCE:
+        if self._ended or time.monotonic() - self._asked_at < REPEAT_AFTER:
             return
         if self._lister.service_is_ready() and self._getter.service_is_ready():
             self._asked_at = time.monotonic()

@@ -14,7 +14,7 @@ from std_srvs.srv import SetBool
 from tissue_probe.nodes.diagnostics import OK, Diagnostics, Health
 from tissue_probe.nodes.parameters import declare, follow_changes, read
 from tissue_probe.nodes.process import Finished, run
-from tissue_probe.nodes.qos import ANNOUNCEMENTS, BLOCKS
+from tissue_probe.nodes.qos import ANNOUNCEMENTS, SAMPLE_BLOCKS
 from tissue_probe.nodes.timers import every
 from tissue_probe.recording.bags.reader import iterate_raw
 from tissue_probe.recording.bags.summary import summarize
@@ -24,9 +24,9 @@ from tissue_probe.signals import NANOSECONDS
 from tissue_probe_msgs.msg import PalpationSite, ProbeSamples
 
 #: Time between two looks at the messages that are due [s].
-INTERVAL = 0.002
+DUE_LOOK_INTERVAL = 0.002
 #: Longest wait at the end until every subscriber has everything.
-PATIENCE = Duration(seconds=5)
+LONGEST_SUBSCRIBER_WAIT = Duration(seconds=5)
 
 SAMPLES, SITE = "tissue_probe_msgs/msg/ProbeSamples", "tissue_probe_msgs/msg/PalpationSite"
 
@@ -68,12 +68,12 @@ class Replay(Node):
         self._waiting = True
         follow_changes(self, {"": ReplaySettings}, self._on_change)
         self.create_service(SetBool, "~/pause", self._on_pause)
-        every(INTERVAL, self, self._publish_due)
+        every(DUE_LOOK_INTERVAL, self, self._publish_due)
         Diagnostics(self, self._examine)
 
     def _make_publishers(self) -> dict[str, Publisher]:
         kinds = {
-            SAMPLES: (ProbeSamples, "samples", BLOCKS),
+            SAMPLES: (ProbeSamples, "samples", SAMPLE_BLOCKS),
             SITE: (PalpationSite, "palpation_site", ANNOUNCEMENTS),
         }
         found = {
@@ -140,7 +140,7 @@ class Replay(Node):
             self._begin()
             return
         for publisher in self._publishers_by_topic.values():
-            publisher.wait_for_all_acked(PATIENCE)
+            publisher.wait_for_all_acked(LONGEST_SUBSCRIBER_WAIT)
         self.get_logger().info("the whole bag is replayed")
         raise Finished
 

@@ -26,7 +26,7 @@ from tissue_probe.settings import setting
 from tissue_probe.signals import FloatArray
 
 #: Time between two setpoints [s].
-INTERVAL = 0.01
+SETPOINT_INTERVAL = 0.01
 
 
 class RobotSettings(BaseModel):
@@ -50,7 +50,7 @@ class NotMoved(RuntimeError):
 
 
 class Robot:
-    """Hears the robot and sends it setpoints, one every ``INTERVAL``.
+    """Hears the robot and sends it setpoints, one every ``SETPOINT_INTERVAL``.
 
     Parameters
     ----------
@@ -192,7 +192,7 @@ class Robot:
             If the target is not reached within ``motion_timeout`` after the last setpoint.
         """
         start = self._place() if self._setpoint is None else self._setpoint
-        pacer, step = Pacer(INTERVAL), 0
+        pacer, step = Pacer(SETPOINT_INTERVAL), 0
         speed = speed or self.settings.speed
         for step, position in enumerate(self._way(start, target, speed), start=1):
             pacer.wait_for(step)
@@ -217,7 +217,7 @@ class Robot:
 
     def hold(self, is_over: Callable[[], bool], check: Callable[[], None]) -> None:
         """Stay at the latest setpoint until ``is_over``; ``check`` as in ``move``."""
-        pacer, tick = Pacer(INTERVAL), 0
+        pacer, tick = Pacer(SETPOINT_INTERVAL), 0
         while not is_over():
             tick += 1
             pacer.wait_for(tick)
@@ -248,7 +248,7 @@ class Robot:
         began = self._own_time()
         lower_by = height - float((self._setpoint - surface) @ normal)
         above = self._setpoint + max(lower_by, 0.0) * normal
-        pacer, step = Pacer(INTERVAL), 0
+        pacer, step = Pacer(SETPOINT_INTERVAL), 0
         speed = self.settings.speed
         for step, position in enumerate(self._line(self._setpoint, above, speed), start=1):
             self._command(position)
@@ -287,7 +287,7 @@ class Robot:
 
     def _line(self, start: FloatArray, end: FloatArray, speed: float) -> Iterator[FloatArray]:
         distance = np.linalg.norm(end - start)
-        count = max(1, int(np.ceil(distance / (speed * INTERVAL))))
+        count = max(1, int(np.ceil(distance / (speed * SETPOINT_INTERVAL))))
         for step in range(1, count + 1):
             yield start + (end - start) * (step / count)
 

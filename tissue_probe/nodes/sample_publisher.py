@@ -11,14 +11,14 @@ from rclpy.node import Node
 
 from tissue_probe.devices.device import Samples
 from tissue_probe.nodes.cdr import pose_to_cdr, samples_to_cdr, wrench_to_cdr
-from tissue_probe.nodes.qos import BLOCKS, PER_SAMPLE
+from tissue_probe.nodes.qos import PER_SAMPLE, SAMPLE_BLOCKS
 from tissue_probe.nodes.shedding import Shedding
 from tissue_probe.signals import NANOSECONDS, SampleBlock
 from tissue_probe_msgs.msg import ProbeSamples
 
 #: Longest wait for the last blocks to reach everyone. Blocks that a busy machine lost on the way
 #: are sent again after the next of DDS's heartbeats, by default 3 s apart.
-DELIVERY = Duration(seconds=5)
+LONGEST_DELIVERY = Duration(seconds=5)
 
 
 class SamplePublisher:
@@ -45,7 +45,7 @@ class SamplePublisher:
         self._node = node
         self._frame_id = frame_id
         self._block_size = block_size
-        self._blocks = node.create_publisher(ProbeSamples, "samples", BLOCKS)
+        self._blocks = node.create_publisher(ProbeSamples, "samples", SAMPLE_BLOCKS)
         self._poses = node.create_publisher(PoseStamped, "measured_cp", PER_SAMPLE)
         self._wrenches = node.create_publisher(WrenchStamped, "measured_cf", PER_SAMPLE)
         self.published = self.shed = 0
@@ -126,8 +126,8 @@ class SamplePublisher:
         self._look_for_subscribers()
 
     def deliver(self) -> None:
-        """Wait until everyone has the last block, at most ``DELIVERY``."""
-        self._blocks.wait_for_all_acked(DELIVERY)
+        """Wait until everyone has the last block, at most ``LONGEST_DELIVERY``."""
+        self._blocks.wait_for_all_acked(LONGEST_DELIVERY)
 
     def destroy(self) -> None:
         """Let go of the publishers."""

@@ -11,13 +11,13 @@ from rclpy.node import Node
 from tissue_probe.nodes.cdr import samples_from_cdr
 from tissue_probe.nodes.conversions import site_from_message
 from tissue_probe.nodes.inbox import Inbox
-from tissue_probe.nodes.qos import ANNOUNCEMENTS, BLOCKS
+from tissue_probe.nodes.qos import ANNOUNCEMENTS, SAMPLE_BLOCKS
 from tissue_probe.signals import PalpationSite, SampleBlock
 from tissue_probe_msgs import msg
 
 SITES = "palpation_site"
 #: How long the stream waits before it looks whether it is to end [s].
-PATIENCE = 0.1
+END_LOOK_INTERVAL = 0.1
 
 
 class Listener(Protocol):
@@ -57,7 +57,9 @@ class SampleStream:
         self.failure: Exception | None = None
         self._inbox = Inbox(owner)
         self._inbox.subscribe(msg.PalpationSite, SITES, ANNOUNCEMENTS, self._on_site)
-        self._inbox.subscribe(msg.ProbeSamples, "samples", BLOCKS, self._on_samples, raw=True)
+        self._inbox.subscribe(
+            msg.ProbeSamples, "samples", SAMPLE_BLOCKS, self._on_samples, raw=True
+        )
         self._stopping = threading.Event()
         # A daemon: if it hangs, the process still ends.
         self._thread = threading.Thread(target=self._run, name="estimation", daemon=True)
@@ -71,14 +73,14 @@ class SampleStream:
         """End the thread and let go of the subscriptions; once is enough."""
         if not self._stopping.is_set():
             self._stopping.set()
-            self._thread.join(10 * PATIENCE)
+            self._thread.join(10 * END_LOOK_INTERVAL)
             self._inbox.destroy()
 
     def _run(self) -> None:
         """Take messages as they come, without an executor's expense."""
         try:
             while not self._stopping.is_set():
-                self._inbox.wait(PATIENCE)
+                self._inbox.wait(END_LOOK_INTERVAL)
                 self._inbox.empty()
         except Exception as error:  # told by the main thread, which ends the process
             if self._owner.context.ok():

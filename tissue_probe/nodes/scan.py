@@ -36,8 +36,8 @@ from tissue_probe.nodes.inbox import Inbox
 from tissue_probe.nodes.own_time import OwnTime
 from tissue_probe.nodes.parameters import declare, follow_changes, read
 from tissue_probe.nodes.process import run
-from tissue_probe.nodes.qos import BLOCKS, SCAN_ANNOUNCEMENTS
-from tissue_probe.nodes.robot import INTERVAL, NotMoved, Robot, RobotSettings
+from tissue_probe.nodes.qos import SAMPLE_BLOCKS, SCAN_ANNOUNCEMENTS
+from tissue_probe.nodes.robot import SETPOINT_INTERVAL, NotMoved, Robot, RobotSettings
 from tissue_probe.nodes.scan_sources import (
     Choosing,
     GivenSites,
@@ -55,7 +55,7 @@ from tissue_probe_msgs import msg
 #: kills a process ten seconds after Ctrl-C.
 ENDING = 8.0
 #: Longest time for the last announcements to reach everyone, and for the result to be sent [s].
-DELIVERY = 0.5
+LONGEST_ANNOUNCEMENT_WAIT = 0.5
 #: In the time in which the scan has promised a sign of life it gives so many [-].
 SIGNS = 10
 #: Whose sites a scan may palpate: each has an action of its own.
@@ -101,7 +101,7 @@ class ScanCancelled(Exception):
 
 
 #: Errors by which a scan can be stopped; any other is a fault of ours.
-FORESEEN = (ScanStopped, ScanCancelled, NotMoved, NotTouched, TissueProbeError)
+SCAN_FAILURES = (ScanStopped, ScanCancelled, NotMoved, NotTouched, TissueProbeError)
 
 
 class Scan(Node):
@@ -143,11 +143,13 @@ class Scan(Node):
         # Emptied by the scan itself at each step.
         self._inbox = Inbox(self)
         self._samples = self._inbox.subscribe(
-            msg.ProbeSamples, "samples", BLOCKS, self._on_samples, raw=True
+            msg.ProbeSamples, "samples", SAMPLE_BLOCKS, self._on_samples, raw=True
         )
         for name in self._settings.estimators:
             topic = f"{name}/estimate"
-            self._inbox.subscribe(msg.TissueEstimate, topic, BLOCKS, self._on_estimate, raw=True)
+            self._inbox.subscribe(
+                msg.TissueEstimate, topic, SAMPLE_BLOCKS, self._on_estimate, raw=True
+            )
         self._robot = Robot(self, self._inbox, self._settings, self._show_alive, self._own_time)
         self._outcomes = SiteOutcomes(self, self._inbox)
         self._servers = [
@@ -182,10 +184,10 @@ class Scan(Node):
         if not self._busy.acquire(timeout=ENDING):
             self.get_logger().fatal(f"the scan did not end within {ENDING:g} s: look at the probe")
         elif was_scanning and self.context.ok():
-            self._sites.wait_for_all_acked(Duration(seconds=DELIVERY))
-            deadline, executor = time.monotonic() + DELIVERY, self.executor
+            self._sites.wait_for_all_acked(Duration(seconds=LONGEST_ANNOUNCEMENT_WAIT))
+            deadline, executor = time.monotonic() + LONGEST_ANNOUNCEMENT_WAIT, self.executor
             while executor is not None and time.monotonic() < deadline:  # it sends the result
-                executor.spin_once(timeout_sec=INTERVAL)
+                executor.spin_once(timeout_sec=SETPOINT_INTERVAL)
 
     def _on_samples(self, message: bytes, info: dict[str, int]) -> None:
         try:
@@ -264,7 +266,7 @@ class Scan(Node):
             end, how = goal_handle.canceled, str(reason)
         except Exception as reason:  # someone must hear of any error
             end, how = goal_handle.abort, f"stopped: {_told(reason)}"
-            if not isinstance(reason.__cause__ or reason, FORESEEN):
+            if not isinstance(reason.__cause__ or reason, SCAN_FAILURES):
                 self.get_logger().error(traceback.format_exc())
         if end != goal_handle.succeed and (so_far := source.so_far()):
             how += f" ({so_far})"
@@ -294,7 +296,7 @@ class Scan(Node):
             if time.monotonic() > deadline:
                 return False
             check()
-            time.sleep(INTERVAL)
+            time.sleep(SETPOINT_INTERVAL)
         return True
 
     def _wait_for_robot_and_driver(self, goal_handle: ServerGoalHandle) -> None:
@@ -306,7 +308,7 @@ class Scan(Node):
         deadline = time.monotonic() + patience
         while self._missing() and time.monotonic() < deadline:
             self._check_wanted(goal_handle)
-            time.sleep(INTERVAL)
+            time.sleep(SETPOINT_INTERVAL)
         self._check(goal_handle)
         self._robot.hold_orientation()
 
@@ -317,7 +319,7 @@ class Scan(Node):
             self._inbox.empty()
             if goal_handle.is_cancel_requested or self._told_to_end.is_set():
                 return
-            time.sleep(INTERVAL)
+            time.sleep(SETPOINT_INTERVAL)
 
     def _palpate(self, goal_handle: ServerGoalHandle, source: Source, site: Site) -> None:
         """Approach one site, dwell, and lift; lift too if anything ends it in between.
@@ -495,7 +497,7 @@ class Scan(Node):
 
 def _told(reason: BaseException) -> str:
     """Say why a scan stops."""
-    if isinstance(reason, FORESEEN):
+    if isinstance(reason, SCAN_FAILURES):
         return str(reason)
     return f"a fault of the scan node, {type(reason).__name__}: {reason}"
 

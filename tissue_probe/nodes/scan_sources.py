@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 #: Longest stay at a site [s].
 LONGEST_DWELL = 3600.0
 #: Longest wait for a decision: the first one of an installation compiles for half a minute [s].
-PATIENCE = 300.0
+LONGEST_DECISION = 300.0
 #: Of results that are not told, a decision is made without [s].
 UNTOLD = 2.0
 #: So many sites are named in a message; all are in the result.
@@ -300,8 +300,8 @@ class GivenSites(ListedSites):
         asked = self._process.submit(
             places_again, sites_of(results), self.choosing.outliers, self._most_again
         )
-        if not wait(asked.done, PATIENCE):
-            self._again = f"; none again: the decision took more than {PATIENCE:g} s"
+        if not wait(asked.done, LONGEST_DECISION):
+            self._again = f"; none again: the decision took more than {LONGEST_DECISION:g} s"
             return
         try:
             places = asked.result()

@@ -45,9 +45,9 @@ from tissue_probe.signals import LONGEST_SILENCE, NANOSECONDS, sound_stamp
 from tissue_probe_msgs.action import IdentifySensor
 from tissue_probe_msgs.msg import SensorNumber
 
-INTERVAL = 0.005
+WRENCH_LOOK_INTERVAL = 0.005
 """Time between two looks at the messages that have come [s]: a period of most controllers."""
-ZERO = 2.0
+RE_ZERO_TIME = 2.0
 """Of so many seconds the mean is the new zero [s]: its noise is then a tenth of a sample's."""
 LEAST_ZERO = 1.0
 """Fewer seconds are none [s]: ``noise_of_zero`` is that of the mean of a second, and noise that is
@@ -60,7 +60,7 @@ SHORTEST, LONGEST = 10.0, 300.0
 FIRST_LOOK = 10.0
 """After so many further seconds of free air feedback tells a verdict [s]: each costs seconds of
 computing."""
-PATIENCE = 3.0
+LONGEST_RE_ZERO_WAIT = 3.0
 """An identification ends where it has come to know no more for so long [s]: more than a controller
 restarts its topics in. The node's end waits for it as long: `ros2 launch` waits for 5 s."""
 NO_OVERLAP = "pose and wrench come, and their stamps do not overlap: use one clock"
@@ -92,7 +92,7 @@ class SensorSettings(BaseModel):
         return self
 
 
-class Heard:
+class KeptTopic:
     """One topic: its stamps and rows while they are kept, and its faults.
 
     Attributes
@@ -169,15 +169,15 @@ class Heard:
 class Growth:
     """Whether an identification comes to know more, in the node's own time."""
 
-    def __init__(self, heard: list[Heard], now: Callable[[], float]) -> None:
+    def __init__(self, heard: list[KeptTopic], now: Callable[[], float]) -> None:
         self._heard, self._now = heard, now
         self._known, self._since = 0.0, now()
 
     def stopped(self, known: float) -> str:
-        """Return why the time that is known [s] has not grown for ``PATIENCE``; else nothing."""
+        """Return why the time that is known [s] stands still; nothing before some seconds of it."""
         if known > self._known:
             self._known, self._since = known, self._now()
-        if self._now() - self._since < PATIENCE:
+        if self._now() - self._since < LONGEST_RE_ZERO_WAIT:
             return ""
         if silent := [each.name for each in self._heard if each.silent]:
             return f"nothing of use comes on {' and '.join(silent)}"
@@ -208,7 +208,7 @@ class Sensor(Node):
         self._publisher = self.create_publisher(WrenchStamped, "compensated", PER_SAMPLE)
         self._inbox = Inbox(self)
         names = settings.pose, settings.wrench, settings.joint_states
-        self._pose, self._wrench, self._joints = (Heard(each, self._now) for each in names)
+        self._pose, self._wrench, self._joints = (KeptTopic(each, self._now) for each in names)
         if settings.joints:
             self._hear(JointState, settings.joint_states, self._take_joints)
         self._hear(PoseStamped, settings.pose, self._take_pose)
@@ -223,7 +223,7 @@ class Sensor(Node):
             cancel_callback=lambda goal: CancelResponse.ACCEPT,
             callback_group=ReentrantCallbackGroup(),
         )
-        every(INTERVAL, self, self._work)
+        every(WRENCH_LOOK_INTERVAL, self, self._work)
         Diagnostics(self, self._examine)
         self.get_logger().info(
             f"hearing {settings.pose} and {settings.wrench}; nothing is commanded"
@@ -239,7 +239,7 @@ class Sensor(Node):
     def destroy_node(self) -> None:
         """End an identification, let go of the subscriptions, end the node."""
         self._end.set()
-        if self._busy.acquire(timeout=PATIENCE):
+        if self._busy.acquire(timeout=LONGEST_RE_ZERO_WAIT):
             self._busy.release()
         self._server.destroy()
         self._inbox.destroy()
@@ -307,7 +307,9 @@ class Sensor(Node):
             if self._left and left.stamp < self._left[-1].stamp:
                 self._left.clear()  # the clock was set back
             self._left.append(left)
-        while self._left and self._left[-1].stamp - self._left[0].stamp > ZERO * NANOSECONDS:
+        while (
+            self._left and self._left[-1].stamp - self._left[0].stamp > RE_ZERO_TIME * NANOSECONDS
+        ):
             self._left.popleft()
 
     def _message(self, left: Left) -> WrenchStamped:
@@ -377,7 +379,7 @@ class Sensor(Node):
             self._busy.release()
 
     def _identified(
-        self, goal: ServerGoalHandle, heard: list[Heard], result: IdentifySensor.Result
+        self, goal: ServerGoalHandle, heard: list[KeptTopic], result: IdentifySensor.Result
     ) -> IdentifySensor.Result:
         looked, growth = FIRST_LOOK, Growth(heard, self._now)
         while (seconds := _known(heard)) < goal.request.seconds:
@@ -461,7 +463,7 @@ def _read_model(settings: SensorSettings) -> Compensation:
         raise SettingsError(f"parameter model: {error}") from None
 
 
-def _known(heard: list[Heard]) -> float:
+def _known(heard: list[KeptTopic]) -> float:
     """Return how long all topics have been heard [s]."""
     spans = [each.kept for each in heard]
     if not all(spans):
@@ -470,7 +472,7 @@ def _known(heard: list[Heard]) -> float:
     return max(0.0, (min(span[-1][0] for span in spans if span) - first) / NANOSECONDS)
 
 
-def _tracks(heard: list[Heard]) -> list[Track]:
+def _tracks(heard: list[KeptTopic]) -> list[Track]:
     return [each.track() for each in heard]
 
 

@@ -15,7 +15,7 @@ from statistics import median
 MOST = math.log(2.0)
 #: Below this part single samples come back. A load that varies by a third is not shed again at
 #: once.
-ENOUGH = 0.5
+RESUMING_SHARE = 0.5
 #: A part is measured over so much of the samples' time [s], as long as a usual block.
 SLICE = 0.005
 #: So many slices decide, by their median: one that was interrupted by something else does not count
@@ -77,7 +77,7 @@ class Shedding:
 
     def _decide(self) -> None:
         self.share = median(self._shares)
-        change = self.share < ENOUGH if self.active else self.share > MOST
+        change = self.share < RESUMING_SHARE if self.active else self.share > MOST
         if change:
             self.active = not self.active
             self._shares = deque(maxlen=TRIALS if self.active else DECIDING)

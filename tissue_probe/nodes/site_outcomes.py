@@ -8,7 +8,7 @@ import numpy as np
 from rclpy.node import Node
 
 from tissue_probe.mapping.site_result import SiteResult
-from tissue_probe.mapping.verdict import Verdict
+from tissue_probe.mapping.verdict import CellVerdict
 from tissue_probe.nodes.conversions import from_time
 from tissue_probe.nodes.inbox import Inbox
 from tissue_probe.nodes.qos import LATCHED
@@ -78,6 +78,6 @@ def _result(message: msg.SiteResult) -> SiteResult:
         covariance_trace=np.nan,
         stiffness_stddev=message.stiffness_stddev,
         damping_stddev=message.damping_stddev,
-        verdict=Verdict(message.verdict),
+        verdict=CellVerdict(message.verdict),
         leaving=Leaving(message.leaving),
     )

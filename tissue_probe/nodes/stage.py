@@ -8,7 +8,7 @@ from pydantic import BaseModel, model_validator
 from rclpy.node import Node
 
 from tissue_probe.nodes.conversions import place_from_message
-from tissue_probe.nodes.crtk import ENABLED, TRANSITIONS, OperatingStateInterface
+from tissue_probe.nodes.crtk import ENABLED, STATE_AFTER_COMMAND, OperatingStateInterface
 from tissue_probe.nodes.diagnostics import OK, WARN, Diagnostics, Health
 from tissue_probe.nodes.hearing import hear
 from tissue_probe.nodes.parameters import declare, read
@@ -75,7 +75,7 @@ class Stage(Node):
         Diagnostics(self, self._examine)
 
     def _on_command(self, command: str) -> None:
-        after = TRANSITIONS.get((self._state, command))
+        after = STATE_AFTER_COMMAND.get((self._state, command))
         if after is None:
             self.get_logger().error(f"'{command}' is no command for a stage that is {self._state}")
             return

@@ -17,7 +17,7 @@ from tissue_probe.signals import NANOSECONDS, FloatArray
 WINDOW = 1.0
 
 
-class Tare:
+class RunningTare:
     """Takes the tare off the force, and finds it anew when asked.
 
     ``apply`` may run in one thread and ``take`` in another.

@@ -30,7 +30,7 @@ from std_srvs.srv import Trigger
 
 from crtk_msgs.msg import OperatingState
 from tissue_probe.estimation import ESTIMATORS
-from tissue_probe.mapping.verdict import Verdict
+from tissue_probe.mapping.verdict import CellVerdict
 from tissue_probe.nodes.asking import ask, change_state, to_action
 from tissue_probe.nodes.cdr import estimate_values_from_cdr, samples_from_cdr
 from tissue_probe.nodes.conversions import ESTIMATE_VALUES
@@ -51,8 +51,8 @@ from tissue_probe_msgs.msg import (
 #: Half a second of blocks and estimates.
 HEARD = QoSProfile(depth=100, reliability=ReliabilityPolicy.BEST_EFFORT)
 #: Longest wait for an answer to a command [s].
-ANSWER = 10.0
-TRANSITIONS = {
+LONGEST_COMMAND_WAIT = 10.0
+LIFECYCLE_COMMANDS = {
     "configure": Transition.TRANSITION_CONFIGURE,
     "start": Transition.TRANSITION_ACTIVATE,
     "stop": Transition.TRANSITION_DEACTIVATE,
@@ -157,7 +157,7 @@ class Watch:
         CommandError
             If nobody answers, or it is refused.
         """
-        if name in TRANSITIONS:
+        if name in LIFECYCLE_COMMANDS:
             return self._change_state(name)
         if name in TRIGGERS:
             return self._trigger(name)
@@ -178,7 +178,7 @@ class Watch:
         def wait(condition: Callable[[], bool]) -> None:
             self._until(condition, "driver")
 
-        if not change_state(self._node, "driver", TRANSITIONS[name], wait):
+        if not change_state(self._node, "driver", LIFECYCLE_COMMANDS[name], wait):
             raise CommandError(f"the driver did not {name}; its log and /diagnostics say why")
         return f"{name}: done"
 
@@ -224,7 +224,7 @@ class Watch:
 
     def _until(self, condition: Callable[[], bool], who: str) -> None:
         """Take part in the graph until a condition holds; go on hearing meanwhile."""
-        left = ANSWER
+        left = LONGEST_COMMAND_WAIT
         while not condition():
             if left <= 0.0:
                 raise CommandError(f"{who} does not answer")
@@ -294,7 +294,7 @@ def _site(result: SiteResult) -> dict[str, Any]:
         "y": result.position.y,
         "stiffness": result.stiffness,
         "stiffness_sd": result.stiffness_stddev,
-        "verdict": Verdict(result.verdict).name.lower().replace("_", " "),
+        "verdict": CellVerdict(result.verdict).name.lower().replace("_", " "),
     }
 
 

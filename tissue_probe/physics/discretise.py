@@ -25,7 +25,7 @@ TERMS = 8
 TANGENT_TERMS = 6
 # Of the derivatives to 1e-3: enough where more than noise is unknown.
 ROUGH_TANGENT_TERMS = 4
-LONGEST_STEP = 0.6
+LONGEST_EXACT_STEP = 0.6
 LONGEST_RUNGE_KUTTA = 0.12
 # Into more parts no step is divided, so that none takes seconds: a model so fast, or sampled so
 # rarely, is out of reach, and its states end as they may.
@@ -79,7 +79,7 @@ def exact_step(
     """
     if not _is_steady(model):
         raise ValueError("the exact step needs a steady model that is linear in its states")
-    share = _share(program, model, period, LONGEST_STEP)
+    share = _share(program, model, period, LONGEST_EXACT_STEP)
     dt = program.let("dt", period * share)
     system = _system(program, model, model.motion, dt)
     by_parameter = {

@@ -13,7 +13,7 @@ from tissue_probe.physics.effects.effect import FORCE, POSITION, POSITION_RATE, 
 from tissue_probe.physics.model import Model
 from tissue_probe.physics.program import Program
 
-HEADER = '''"""Generated from the symbols of a model; do not edit."""
+PLANT_HEADER = '''"""Generated from the symbols of a model; do not edit."""
 import math
 
 from numba import njit
@@ -40,7 +40,7 @@ def source(model: Model) -> str:
         sp.Piecewise((switch.on, switch.symbol > 0), (switch.off, True))
         for switch in model.switches
     ]
-    text = HEADER.format(
+    text = PLANT_HEADER.format(
         states=[str(state) for state in model.states],
         values=[str(value) for value in model.values],
         first=[float(switch.first) for switch in model.switches],

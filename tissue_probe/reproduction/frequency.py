@@ -28,7 +28,7 @@ from tissue_probe.reproduction.finding import ReproducedQuantity, Reproduction
 from tissue_probe.reproduction.liver import LIVER
 from tissue_probe.signals import FloatArray
 
-FREQUENCIES = (1.0, 2.0, 5.0, 10.0, 15.0, 20.0, 25.0, 30.0)  # Hz
+SINE_FREQUENCIES = (1.0, 2.0, 5.0, 10.0, 15.0, 20.0, 25.0, 30.0)  # Hz
 AVERAGED = 200  # samples of the moving average, section V-A
 FAILED = (0.2, 0.5)  # of the true stiffness, of the true damping
 # Not stated; fits the axes of figure 9.
@@ -48,7 +48,7 @@ def join_experiment(tissue: SimulatedTissue, frequency: float, start: float) -> 
 def sweep(tissue: SimulatedTissue, of: ShownFilter) -> FloatArray:
     """Return k, beta and trace after one second, shape (3, starts, frequencies)."""
     found = [
-        [_after_one_second(of, join_experiment(tissue, f, s)) for f in FREQUENCIES]
+        [_after_one_second(of, join_experiment(tissue, f, s)) for f in SINE_FREQUENCIES]
         for s in PERIOD_STARTS
     ]
     return np.moveaxis(np.array(found), 2, 0)
@@ -74,7 +74,7 @@ def fig15() -> Reproduction:
     told = ", ".join(f"{each.estimator.upper()} {_failures(LIVER, each)}" for each in filters)
     told += f"; EKF with the exact step {_failures(LIVER, reference)}"
     failures = ReproducedQuantity(
-        f"k wrong by 20 % or β by 50 %, of {len(PERIOD_STARTS) * len(FREQUENCIES)} runs",
+        f"k wrong by 20 % or β by 50 %, of {len(PERIOD_STARTS) * len(SINE_FREQUENCIES)} runs",
         "above 15 Hz EKF and AFEKF, not UKF",
         told,
         _failures(LIVER, ROBUST),
@@ -85,15 +85,15 @@ def fig15() -> Reproduction:
 def _draw(tissue: SimulatedTissue, filters: Sequence[ShownFilter]) -> Figure:
     """Draw the medians over the starts, and every single run as a dot."""
     figure, axes = panels(list(LABELS), "frequency [Hz]")
-    fine = np.linspace(FREQUENCIES[0], FREQUENCIES[-1], 200)
+    fine = np.linspace(SINE_FREQUENCIES[0], SINE_FREQUENCIES[-1], 200)
     truth = np.array([tissue.at(frequency) for frequency in fine]).T
     for panel, known in zip(axes.values(), truth, strict=False):
         panel.plot(fine, known, color="0.8", linewidth=6.0, label="true")
         panel.set_ylim(-0.3 * known.max(), 1.8 * known.max())
     for each in filters:
         for panel, values in zip(axes.values(), sweep(tissue, each), strict=True):
-            draw_line(panel, np.array(FREQUENCIES), np.median(values, axis=0), each)
-            panel.plot(FREQUENCIES, values.T, ".", color=each.color, markersize=4)
+            draw_line(panel, np.array(SINE_FREQUENCIES), np.median(values, axis=0), each)
+            panel.plot(SINE_FREQUENCIES, values.T, ".", color=each.color, markersize=4)
     axes["covariance_trace"].set_yscale("log")
     legend(figure)
     return figure
@@ -103,7 +103,7 @@ def _rise(
     tissue: SimulatedTissue, euler: ShownFilter, reference: ShownFilter, stated: str
 ) -> ReproducedQuantity:
     """Say by how much k rises from 1 to 30 Hz, and which part of it is Euler's."""
-    true = tissue.at(FREQUENCIES[-1])[0] - tissue.at(FREQUENCIES[0])[0]
+    true = tissue.at(SINE_FREQUENCIES[-1])[0] - tissue.at(SINE_FREQUENCIES[0])[0]
     rise = {
         each: np.diff(np.median(sweep(tissue, each)[0], axis=0)[[0, -1]]).item()
         for each in (euler, reference, ROBUST)
@@ -119,19 +119,19 @@ def _rise(
 
 def _failures(tissue: SimulatedTissue, of: ShownFilter) -> str:
     """Say how many runs miss k by 20 % or beta by 50 %, and the lowest frequency of these."""
-    known = np.transpose([tissue.at(frequency) for frequency in FREQUENCIES])
+    known = np.transpose([tissue.at(frequency) for frequency in SINE_FREQUENCIES])
     errors = np.abs(sweep(tissue, of)[:2] / known[:, None, :] - 1.0)
     right = (errors[0] < FAILED[0]) & (errors[1] < FAILED[1])
     if right.all():
         return "0"
-    return f"{np.sum(~right)} from {FREQUENCIES[np.argmin(right.all(axis=0))]:.0f} Hz"
+    return f"{np.sum(~right)} from {SINE_FREQUENCIES[np.argmin(right.all(axis=0))]:.0f} Hz"
 
 
 def fig16() -> Reproduction:
     """Draw the force at 30 Hz, of the start from which the paper's EKF goes farthest astray."""
     stiffness = sweep(LIVER, WIDE_EKF)[0, :, -1]
-    worst = PERIOD_STARTS[np.argmax(np.abs(stiffness - LIVER.at(FREQUENCIES[-1])[0]))]
-    experiment = join_experiment(LIVER, FREQUENCIES[-1], worst)
+    worst = PERIOD_STARTS[np.argmax(np.abs(stiffness - LIVER.at(SINE_FREQUENCIES[-1])[0]))]
+    experiment = join_experiment(LIVER, SINE_FREQUENCIES[-1], worst)
     force, time = experiment.samples().force, experiment.time
     figure, axes = panels(["force [N]"], "time [s]")
     shown, panel = time >= time[-1] - 0.04, axes["force [N]"]

@@ -17,7 +17,7 @@ from tissue_probe.mapping.matching import match
 from tissue_probe.mapping.posterior.posterior_map import map_of
 from tissue_probe.mapping.sites import Sites
 from tissue_probe.mapping.stiffness_map import StiffnessMapData
-from tissue_probe.mapping.verdict import Verdict
+from tissue_probe.mapping.verdict import CellVerdict
 from tissue_probe.physics.phantom import Phantom
 from tissue_probe.reproduction.drawing import LABELS
 from tissue_probe.reproduction.experiment import SimulatedTissue, SineExperiment
@@ -78,7 +78,7 @@ def _map(runs: Sequence[Sequence[TissueEstimates]]) -> StiffnessMapData:
         return found
 
     deviations = [np.sqrt(cells(f"{name}_variance")) for name in ("stiffness", "damping")]
-    verdicts = np.full(GRID.shape, Verdict.MEASURED, dtype=np.uint8)
+    verdicts = np.full(GRID.shape, CellVerdict.MEASURED, dtype=np.uint8)
     k, beta, trace = (cells(name) for name in LABELS)
     k_stddev, beta_stddev = deviations
     never = np.zeros(GRID.shape, dtype=np.int64)

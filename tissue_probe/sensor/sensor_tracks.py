@@ -15,7 +15,7 @@ from tissue_probe.recording.clocks.channel import SILENT_PERIODS
 from tissue_probe.recording.clocks.local_cubic import local_cubic
 from tissue_probe.recording.robot.settings import UNIT_ROUNDING
 from tissue_probe.sensor.free_air import WRENCH_AXES, FreeAir
-from tissue_probe.sensor.smoothed_air import LONGEST_SENSOR_DELAY, SHORTEST
+from tissue_probe.sensor.smoothed_air import LONGEST_SENSOR_DELAY, SHORTEST_AIR
 from tissue_probe.signals import LONGEST_SILENCE, NANOSECONDS, FloatArray, IntArray
 
 #: A pose that moves faster has jumped [m/s], [rad/s]: no robot does it where it feels for anything.
@@ -79,8 +79,8 @@ def stretches(
         runs.append(FreeAir(first, seconds, place[:, :3], turn, _values(wrenches, at), angles))
     if not runs:
         raise MeasurementError(
-            f"pose and wrench are never both there for {SHORTEST:g} s without a hole: record both "
-            "by one clock, without losses"
+            f"pose and wrench are never both there for {SHORTEST_AIR:g} s without a hole: record "
+            "both by one clock, without losses"
         )
     return runs
 
@@ -191,7 +191,7 @@ def _together(tracks: list[Track], period: int) -> Iterator[IntArray]:
             holes.append((int(track.stamps[before]), int(track.stamps[after])))
     holes = [*sorted(holes), (last, last)]
     end = first
-    needed = NANOSECONDS * (SHORTEST + 2.0 * LONGEST_SENSOR_DELAY)
+    needed = NANOSECONDS * (SHORTEST_AIR + 2.0 * LONGEST_SENSOR_DELAY)
     for before, after in holes:
         if before - end > needed:
             yield np.arange(end + 1, before + 1, period, dtype=np.int64)

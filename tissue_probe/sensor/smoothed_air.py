@@ -15,7 +15,7 @@ from tissue_probe.signals import FloatArray
 LONGEST_SENSOR_DELAY = 0.1
 """The wrench is at most so much later than the pose, or earlier by half of it [s]: network and
 filters of sensors take less."""
-SHORTEST = 1.0
+SHORTEST_AIR = 1.0
 """Shorter stretches tell nothing: the filter has half a second of ends [s]."""
 FLOOR = 1e-5
 """Noise is not less than this [N], and as much of a torque: that of written digits. An axis that a
@@ -28,7 +28,7 @@ class Smoothed:
     Parameters
     ----------
     run : FreeAir
-        At least ``SHORTEST``.
+        At least ``SHORTEST_AIR``.
     cable : CableFunctions or None
         None for no cable.
 

@@ -20,7 +20,7 @@ FIELDS = ("recordings", "pattern", "task", "question", "output")
 
 
 @dataclass(frozen=True)
-class Plan:
+class StudyPlan:
     """A study as it is asked for.
 
     Attributes
@@ -46,7 +46,7 @@ class Plan:
         return tuple(next(iter(self.recordings.values()), {}))
 
 
-def read_plan(path: str | Path) -> Plan:
+def read_plan(path: str | Path) -> StudyPlan:
     """Return the study that a YAML file describes; its paths count from the file's folder.
 
     Fields: ``recordings``, a pattern of paths (``data/*.csv``) or a table (``.csv``) with a column
@@ -74,7 +74,7 @@ def read_plan(path: str | Path) -> Plan:
     question = told.get("question") or {}
     if not isinstance(question, dict):
         raise ParameterError(f"{path}: question has no names: give lines such as lowpass: 100.0")
-    return Plan(
+    return StudyPlan(
         recordings_of(str(told["recordings"]), told.get("pattern"), path.parent),
         told.get("task", "estimate"),
         question,

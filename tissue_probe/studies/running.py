@@ -14,7 +14,7 @@ from tissue_probe import arguments as take
 from tissue_probe.errors import ParameterError
 from tissue_probe.studies.dataset import Dataset, write_tables
 from tissue_probe.studies.key import key_of, key_of_question, state_of
-from tissue_probe.studies.plan import Plan, read_plan
+from tissue_probe.studies.plan import StudyPlan, read_plan
 from tissue_probe.studies.provenance import doubts
 from tissue_probe.studies.result import StudyResult
 from tissue_probe.studies.row import ROW_HAS, SIGNAL_STATEMENTS, check_question, row
@@ -28,16 +28,16 @@ ROWS_FOLDER = "rows"
 Progress = Callable[[int, int], None]
 
 
-def _plan(name: str, given: Any) -> Plan | Path:
+def _plan(name: str, given: Any) -> StudyPlan | Path:
     """Take a plan, or the path of its file."""
-    return given if isinstance(given, Plan) else take.path(name, given)
+    return given if isinstance(given, StudyPlan) else take.path(name, given)
 
 
 @take.checks(
     plan=_plan, workers=take.optional(take.whole(1)), progress=take.optional(take.function)
 )
 def study(
-    plan: Plan | str | Path, *, workers: int | None = None, progress: Progress | None = None
+    plan: StudyPlan | str | Path, *, workers: int | None = None, progress: Progress | None = None
 ) -> StudyResult:
     """Compute the row of each recording of a study, and keep them in its folder.
 
@@ -64,7 +64,7 @@ def study(
     FileError
         If the rows cannot be written.
     """
-    plan = plan if isinstance(plan, Plan) else read_plan(plan)
+    plan = plan if isinstance(plan, StudyPlan) else read_plan(plan)
     check_question(plan.task, plan.question)
     _refuse_names(plan.factors)
     recordings = {os.path.realpath(path): factors for path, factors in plan.recordings.items()}
@@ -154,7 +154,9 @@ def _written(
     yield from waiting
 
 
-def _computed(paths: Sequence[str], plan: Plan, workers: int | None) -> Iterator[dict[str, Any]]:
+def _computed(
+    paths: Sequence[str], plan: StudyPlan, workers: int | None
+) -> Iterator[dict[str, Any]]:
     """Yield the rows as they are done.
 
     Where a process dies (out of memory, a signal), its neighbours' work is lost with it: the rest
@@ -172,7 +174,7 @@ def _computed(paths: Sequence[str], plan: Plan, workers: int | None) -> Iterator
 
 
 def _side_by_side(
-    paths: Sequence[str], plan: Plan, workers: int | None
+    paths: Sequence[str], plan: StudyPlan, workers: int | None
 ) -> Iterator[dict[str, Any]]:
     from joblib import Parallel, delayed
 
@@ -180,7 +182,7 @@ def _side_by_side(
     yield from parallel(delayed(row)(path, plan.task, **plan.question) for path in paths)
 
 
-def _alone(path: str, plan: Plan) -> dict[str, Any]:
+def _alone(path: str, plan: StudyPlan) -> dict[str, Any]:
     """Return the row of one recording, computed in a process that has nothing else to do."""
     from joblib.externals.loky import get_reusable_executor
 

@@ -15,7 +15,7 @@ from tissue_probe.analysis.question_items import ITEMS_BY_NAME
 from tissue_probe.studies.dataset import Dataset
 from tissue_probe.studies.exclusion import explain_exclusion
 from tissue_probe.studies.key import key_of_question
-from tissue_probe.studies.plan import Plan, read_plan
+from tissue_probe.studies.plan import StudyPlan, read_plan
 from tissue_probe.studies.row import SHOWN, SIGNAL_STATEMENTS
 from tissue_probe.studies.running import ROWS_FOLDER
 from tissue_probe.workbench.page_messages import StudyMessage
@@ -38,7 +38,7 @@ class Studied:
     """
 
     name: str
-    plan: Plan
+    plan: StudyPlan
     rows: Sequence[Mapping[str, Any]]
 
     @property

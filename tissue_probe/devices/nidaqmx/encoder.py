@@ -18,7 +18,7 @@ from tissue_probe.signals import FloatArray
 #: Samples wait this long in this machine's buffer to be fetched before they are lost [s].
 DAQ_BUFFER_TIME = 10.0
 #: Once in so many fetches it is asked how many samples wait.
-LOOK = 10
+FETCHES_PER_LOOK = 10
 
 
 class LoadCell:
@@ -118,7 +118,7 @@ class CounterEncoder:
 
         So a driver that fell behind catches up.
         """
-        if self._fetches % LOOK == LOOK - 1:
+        if self._fetches % FETCHES_PER_LOOK == FETCHES_PER_LOOK - 1:
             count = max(count, load_cell.waiting)
         self._fetches += 1
         more = np.empty((2, count))

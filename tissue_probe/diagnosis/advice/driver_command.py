@@ -14,7 +14,7 @@ from tissue_probe.signals import FloatArray
 
 #: The driver's amplitude where none is given, and the largest that its limits let pass [V].
 USUAL, LARGEST = 0.85, 5.0
-DRIVER = "ros2 run tissue_probe driver --ros-args -r __ns:=/probe"
+DRIVER_COMMAND = "ros2 run tissue_probe driver --ros-args -r __ns:=/probe"
 STAGE_COMMAND = "ros2 run tissue_probe stage --ros-args -r __ns:=/stage"
 RECORDER = "ros2 run tissue_probe recorder --ros-args -r __ns:=/probe -p output:=next.mcap"
 #: How well first touch is known where a stage presses the probe in [m].
@@ -69,7 +69,7 @@ def driver_command(suggestion: Suggestion, gain: float) -> DriverCommand | None:
     settings = {**suggestion.excitation, "amplitude": volts}
     words = (f"-p excitation.{name}:={_ros(value)}" for name, value in settings.items())
     notes = (_contact(suggestion.preload), told, _describe_recording(suggestion.duration))
-    return DriverCommand(" ".join([DRIVER, *words]), notes)
+    return DriverCommand(" ".join([DRIVER_COMMAND, *words]), notes)
 
 
 def _amplitude(way: float, gain: float) -> tuple[float, str]:

@@ -14,12 +14,12 @@ SINE_WITHIN = 0.1
 #: Two frequencies within this share are the same.
 SAME_FREQUENCY = 2e-3
 #: The value of a model that hums.
-FREQUENCY = "hum_frequency"
+LINE_FREQUENCY_NAME = "hum_frequency"
 
 
 def is_multiple(fit: Fit) -> bool:
     """Whether a model hums at a multiple of a sine that drives."""
-    frequency = fit.named().get(FREQUENCY)
+    frequency = fit.named().get(LINE_FREQUENCY_NAME)
     sine = sine_of(fit.measurements[0]) if frequency else None
     if frequency is None or sine is None:
         return False

@@ -19,7 +19,7 @@ from tissue_probe.physics.rounding import COARSE_STEP, smooth_rounding
 from tissue_probe.signals import BoolArray, FloatArray
 
 #: Parts of a record that are left out of the fit in turn.
-BLOCKS = 8
+HELD_OUT_PARTS = 8
 #: Share of the information on a value that the other blocks are credited with at least. A value
 #: that one block alone tells so stays within ten of its deviations when that block is left out.
 REASON = 1e-2
@@ -159,7 +159,7 @@ def _left_out(problem: Problem, point: SearchPoint) -> tuple[list[FloatArray], t
         residual = point.simulated[index][0]
         r = problem.measurements[index].over_noise(residual)
         out = residual.copy()
-        for block in np.array_split(np.arange(residual.size), BLOCKS):
+        for block in np.array_split(np.arange(residual.size), HELD_OUT_PARTS):
             rest = (whole - J[block].T @ J[block]) / np.outer(root, root)
             alone |= np.diag(rest) < REASON
             # A value that only this block determines would be unknown without it; it stays within

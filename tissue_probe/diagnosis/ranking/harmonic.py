@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from tissue_probe.diagnosis.evidence.line import FREQUENCY, sine_of
+from tissue_probe.diagnosis.evidence.line import LINE_FREQUENCY_NAME, sine_of
 from tissue_probe.diagnosis.evidence.posterior import LINE, evidence
 from tissue_probe.diagnosis.fitting.fit import Fit
 from tissue_probe.diagnosis.fitting.problem import Problem
@@ -41,7 +41,7 @@ def _line(scale: Scale) -> Effect:
 
     hum = EFFECTS[HUM]
     parameters = (
-        replace(each, lower=0.0, upper=1e6) if each.name == FREQUENCY else each
+        replace(each, lower=0.0, upper=1e6) if each.name == LINE_FREQUENCY_NAME else each
         for each in hum.parameters
     )
     return resize_effect(replace(hum, name="harmonic", parameters=tuple(parameters)), scale)
@@ -87,7 +87,7 @@ def better_harmonic(base: Fit, final: Fit, instrument: Instrument) -> float | No
 
 def _begin_line(base: Fit, frequency: float, instrument: Instrument) -> _Begun:
     """Put a line of no height beside a fitted model."""
-    held = {FREQUENCY: frequency}
+    held = {LINE_FREQUENCY_NAME: frequency}
     composition = base.composition.plus(_line(base.composition.scale))
     problem = Problem(composition, base.measurements, instrument, held)
     known = base.named() | {SINE: 0.0, COSINE: 0.0} | held

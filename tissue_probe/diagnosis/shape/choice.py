@@ -24,7 +24,7 @@ FITS, HOLDS = 1.07, 1.15
 EACH = 7.0
 #: Sets are not told apart whose rests differ by less than this factor, and the forces that they
 #: explain by no more of their power: the free functions themselves are no more exact.
-ALIKE = 1.03
+ALIKE_FACTOR = 1.03
 #: Variables that go with no other: with the clock anything can be explained.
 ALONE = frozenset(["clock"])
 
@@ -59,7 +59,7 @@ class Choice:
         """Sets that do not contain the chosen one, leave as little, and explain as much."""
         left = self.best.ratio**2
         explained = self.tried[frozenset()].ratio ** 2 - left
-        most = left + (ALIKE**2 - 1.0) * min(left, explained)
+        most = left + (ALIKE_FACTOR**2 - 1.0) * min(left, explained)
         return [
             each
             for each, fit in self.tried.items()
@@ -132,6 +132,6 @@ def _best(tried: Mapping[Set, Smooth]) -> Set:
 def _removes(before: Smooth, after: Smooth) -> bool:
     """Whether a larger set removes most of the residual, or leaves noise only."""
     if accepted(before):
-        return after.ratio * ALIKE < before.ratio
+        return after.ratio * ALIKE_FACTOR < before.ratio
     left, excess = after.ratio**2 - 1.0, before.ratio**2 - 1.0
     return left < (1.0 - SHARE) * excess or accepted(after)

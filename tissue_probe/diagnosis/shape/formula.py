@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from tissue_probe.diagnosis.observation.instrument import Instrument
-from tissue_probe.diagnosis.shape.choice import ALIKE, FITS
+from tissue_probe.diagnosis.shape.choice import ALIKE_FACTOR, FITS
 from tissue_probe.diagnosis.shape.free_functions import Group
 from tissue_probe.diagnosis.shape.gram import Gram
 from tissue_probe.diagnosis.shape.paths import Path
@@ -24,7 +24,7 @@ from tissue_probe.signals import FloatArray, IntArray
 #: Values of a form's second constant that are tried, over its whole range.
 STEPS = 25
 #: By how much the cost may rise within a 95 % interval.
-INTERVAL = 3.84
+COST_WITHIN_INTERVAL = 3.84
 Law = Callable[[FloatArray, float], FloatArray]
 
 
@@ -99,7 +99,7 @@ FORMS = (
 
 
 @dataclass(frozen=True)
-class Constant:
+class FormConstant:
     """A constant of a formula, with its 95 % interval."""
 
     name: str
@@ -129,7 +129,7 @@ class Formula:
 
     name: str
     signal: str
-    constants: tuple[Constant, ...]
+    constants: tuple[FormConstant, ...]
     probability: float
     rivals: tuple[str, ...]
 
@@ -174,7 +174,7 @@ def formula(found: Shape, instrument: Instrument) -> Formula | None:
     (signal,) = found.choice.chosen
     tried = [each for each in _tried(found, instrument, signal) if each.is_told]
     samples = found.gram.samples
-    most = min(FITS, ALIKE * found.choice.best.ratio) ** 2 * samples
+    most = min(FITS, ALIKE_FACTOR * found.choice.best.ratio) ** 2 * samples
     good = [each for each in tried if each.costs[each.best] <= most]
     if not good:
         return None
@@ -239,21 +239,21 @@ def _fitted(
     return _Tried(form, at, costs, weights, deviations)
 
 
-def _constants(tried: _Tried, signal: str) -> tuple[Constant, ...]:
+def _constants(tried: _Tried, signal: str) -> tuple[FormConstant, ...]:
     best = tried.best
-    near = tried.costs <= tried.costs[best] + INTERVAL
+    near = tried.costs <= tried.costs[best] + COST_WITHIN_INTERVAL
     low = (tried.weights - SIDE * tried.deviations)[near].min()
     high = (tried.weights + SIDE * tried.deviations)[near].max()
     at, form = tried.at, tried.form
     slope = {"indentation": "N/m", "velocity": "N s/m"}[signal]
     unit = slope if form.name in ("rational", "beyond a depth") else "N"
     if not form.of:
-        return (Constant("c", unit, float(tried.weights[best]), float(low), float(high)),)
+        return (FormConstant("c", unit, float(tried.weights[best]), float(low), float(high)),)
     value, lower, upper = _refined(at, tried.costs)
     strength = float(np.interp(np.log(value), np.log(at), tried.weights))
     return (
-        Constant("c", unit, strength, min(float(low), strength), max(float(high), strength)),
-        Constant("a", form.unit(signal), value, lower, upper),
+        FormConstant("c", unit, strength, min(float(low), strength), max(float(high), strength)),
+        FormConstant("a", form.unit(signal), value, lower, upper),
     )
 
 
@@ -265,5 +265,5 @@ def _refined(at: FloatArray, costs: FloatArray) -> tuple[float, float, float]:
     logs = np.log(at[best - 1 : best + 2])
     bend, slope, _ = np.polyfit(logs - logs[1], costs[best - 1 : best + 2], 2)
     middle = logs[1] - slope / (2.0 * bend)
-    wide = float(np.sqrt(INTERVAL / bend))
+    wide = float(np.sqrt(COST_WITHIN_INTERVAL / bend))
     return float(np.exp(middle)), float(np.exp(middle - wide)), float(np.exp(middle + wide))

@@ -23,9 +23,9 @@ VARIABLES = ("indentation", "velocity", "past", "path", "force", "clock")
 KNOTS, KNOTS_OF_TWO = 18, 8
 #: How far the outermost knots lie beyond the signal, in shares of its range: there a spline is
 #: straight, which a law at the end of the range is not.
-BEYOND = 0.05
+KNOT_OVERHANG = 0.05
 #: Speed below which knots are even, in shares of the largest: most laws of speed bend near 0.
-SLOW = 0.05
+EVEN_KNOTS_SHARE = 0.05
 #: Speeds within which a force turns with the direction, in shares of the largest.
 TURNS = (0.003, 0.01, 0.03, 0.1)
 #: Rates of relaxation: so many a decade, alone and beside each function of the indentation.
@@ -230,12 +230,14 @@ def slid(way: FloatArray, ways: FloatArray) -> FloatArray:
 
 def _even(signal: FloatArray, count: int) -> Spline:
     low, high = float(np.min(signal)), float(np.max(signal))
-    beyond = BEYOND * (high - low)
+    beyond = KNOT_OVERHANG * (high - low)
     return Spline(even_knots(low - beyond, high + beyond, count))
 
 
 def _about_zero(fastest: float, count: int) -> Spline:
-    return Spline(knots_about_zero((1.0 + BEYOND) * fastest, SLOW * fastest, count))
+    return Spline(
+        knots_about_zero((1.0 + KNOT_OVERHANG) * fastest, EVEN_KNOTS_SHARE * fastest, count)
+    )
 
 
 def _rates(low: float, high: float, each_decade: float) -> FloatArray:

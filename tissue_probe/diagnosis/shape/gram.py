@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from tissue_probe.diagnosis.fitting.fit import Fit
-from tissue_probe.diagnosis.fitting.outcome import BLOCKS
+from tissue_probe.diagnosis.fitting.outcome import HELD_OUT_PARTS
 from tissue_probe.diagnosis.fitting.problem import Problem
 from tissue_probe.diagnosis.fitting.sensitivities import by_unknown, precision, unknown
 from tissue_probe.diagnosis.observation.instrument import Instrument
@@ -22,7 +22,7 @@ from tissue_probe.diagnosis.shape.tip_response import Respond
 from tissue_probe.signals import FloatArray, IntArray
 
 #: Samples that are enough to tell a shape: of more every second, third ... is taken.
-ENOUGH = 40_000
+ENOUGH_SAMPLES = 40_000
 #: Pieces of a record that are left out together: each block has some of every motion in it, as of
 #: every frequency of a sweep.
 PIECES = 5
@@ -81,7 +81,7 @@ class Gram:
         """Return the products of all columns along the paths of a fit."""
         problem = Problem(fit.composition, fit.measurements, instrument)
         own, known, departure, unknowns = _own(problem, fit)
-        step = -(-fit.samples // ENOUGH)
+        step = -(-fit.samples // ENOUGH_SAMPLES)
         blocks, places = [], {}
         lengths = [path.time.size for path in found]
         ends = np.cumsum([0, *lengths])
@@ -94,8 +94,10 @@ class Gram:
                 places[group.name] = at + np.arange(part.shape[1])
                 at += part.shape[1]
             left = problem.weighed(index, fit.residuals[index][:, None])[::step]
-            pieces = np.array_split(np.concatenate([*parts, left], axis=1), BLOCKS * PIECES)
-            blocks += [np.concatenate(pieces[first::BLOCKS]) for first in range(BLOCKS)]
+            pieces = np.array_split(np.concatenate([*parts, left], axis=1), HELD_OUT_PARTS * PIECES)
+            blocks += [
+                np.concatenate(pieces[first::HELD_OUT_PARTS]) for first in range(HELD_OUT_PARTS)
+            ]
         whole = np.stack([block.T @ block for block in blocks])
         scale = np.sqrt(np.diag(whole.sum(axis=0))[:-1])
         scale = np.where(scale > 0.0, scale, 1.0)

@@ -5,7 +5,7 @@ import sympy as sp
 from tissue_probe.physics.effects.effect import Effect, Parameter
 from tissue_probe.physics.extent import Extent
 
-MASS = sp.Symbol("added_mass", real=True)
+EXTRA_MASS = sp.Symbol("added_mass", real=True)
 
 
 def starts(extent: Extent) -> list[dict[str, float]]:
@@ -18,8 +18,8 @@ ADDED_MASS = Effect(
     family="inertia",
     physics="Tissue, or a forgotten part of the tool, moves along with the tip",
     says="a mass of {added_mass:kg} moves along",
-    parameters=(Parameter(MASS, "kg", default=0.005, lower=0.0, upper=1.0),),
-    inertia=MASS,
+    parameters=(Parameter(EXTRA_MASS, "kg", default=0.005, lower=0.0, upper=1.0),),
+    inertia=EXTRA_MASS,
     starts=starts,
     assumptions="Rigidly joined to the tip",
     reference="Newton (1687), second law; Oestreicher, J. Acoustical Society of America 23 "

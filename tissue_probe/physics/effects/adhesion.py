@@ -18,7 +18,7 @@ ATTACHED = sp.Symbol("attached", nonnegative=True)
 #: Between how many of the largest peaks of the tension a search begins, and about a force found.
 LARGEST, NEAREST = 12, 12
 #: Peaks that differ by less than this share of the largest count as one.
-ALIKE = 2e-4
+SAME_PEAK = 2e-4
 
 
 def starts(extent: Extent) -> list[dict[str, float]]:
@@ -44,7 +44,7 @@ def near(extent: Extent, found: Mapping[str, float]) -> list[dict[str, float]]:
 def _between(tensions: Sequence[float]) -> list[float]:
     """Return forces halfway between each peak and the next one that differs, largest first."""
     pairs = zip(tensions, (*tensions[1:], 0.0), strict=False)
-    return [(high + low) / 2 for high, low in pairs if high - low > ALIKE * tensions[0]]
+    return [(high + low) / 2 for high, low in pairs if high - low > SAME_PEAK * tensions[0]]
 
 
 def _form(attached: Switch, physics: str, forms: tuple[Effect, ...] = ()) -> Effect:

@@ -13,9 +13,9 @@ import sympy as sp
 from tissue_probe.physics.effects.effect import INDENTATION, Effect, Parameter, Starts
 from tissue_probe.physics.extent import Extent
 
-CHANGE = sp.Symbol("stiffness_beyond_knee", real=True)
+STIFFNESS_BEYOND_KNEE = sp.Symbol("stiffness_beyond_knee", real=True)
 KNEE = sp.Symbol("knee_depth", real=True)
-_CHANGE = Parameter(CHANGE, "N/m", default=200.0, lower=-1e6, upper=1e6)
+_CHANGE = Parameter(STIFFNESS_BEYOND_KNEE, "N/m", default=200.0, lower=-1e6, upper=1e6)
 _DEPTH = Parameter(KNEE, "m", default=5e-4, lower=-0.1, upper=0.1)
 
 
@@ -38,7 +38,7 @@ def _form(
         physics="A spring with a knee: beyond a depth, or pressed instead of pulled, it is another",
         says=says,
         parameters=parameters,
-        force=CHANGE * sp.Max(depth, 0),
+        force=STIFFNESS_BEYOND_KNEE * sp.Max(depth, 0),
         forms=forms,
         # A knee beyond the travel only shifts the force.
         simpler=("force_bias",),

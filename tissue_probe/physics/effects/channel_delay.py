@@ -6,7 +6,7 @@ from tissue_probe.physics.effects.effect import Effect, Parameter
 from tissue_probe.physics.extent import Extent
 from tissue_probe.physics.kinds import LONGEST_DELAY, MOST_EARLY
 
-DELAY = sp.Symbol("channel_delay", real=True)
+CHANNEL_LATENESS = sp.Symbol("channel_delay", real=True)
 
 
 def starts(extent: Extent) -> list[dict[str, float]]:
@@ -27,8 +27,10 @@ CHANNEL_DELAY = Effect(
     family="timing",
     physics="The force comes later than the position by a constant time",
     says="the force comes {channel_delay:s} after the position",
-    parameters=(Parameter(DELAY, "s", default=5e-4, lower=-MOST_EARLY, upper=LONGEST_DELAY),),
-    delay=DELAY,
+    parameters=(
+        Parameter(CHANNEL_LATENESS, "s", default=5e-4, lower=-MOST_EARLY, upper=LONGEST_DELAY),
+    ),
+    delay=CHANNEL_LATENESS,
     starts=starts,
     assumptions="Constant; what the delay moves is time-invariant",
     reference="Oppenheim and Willsky, Signals and Systems (1997), section 4.3.2",

@@ -9,7 +9,7 @@ from tissue_probe.physics.extent import Extent
 from tissue_probe.physics.sticking import SHARPEST, sliding
 
 FRICTION = sp.Symbol("coulomb_force", real=True)
-TRANSITION = sp.Symbol("transition_velocity", positive=True)
+TRANSITION_VELOCITY = sp.Symbol("transition_velocity", positive=True)
 
 
 def starts(extent: Extent) -> list[dict[str, float]]:
@@ -43,9 +43,9 @@ COULOMB_FRICTION = Effect(
     says=_SAYS,
     parameters=(
         _STRENGTH,
-        Parameter(TRANSITION, "m/s", default=1e-3, lower=SHARPEST, upper=2e-2),
+        Parameter(TRANSITION_VELOCITY, "m/s", default=1e-3, lower=SHARPEST, upper=2e-2),
     ),
-    drag=FRICTION * sp.tanh(TIP_VELOCITY / TRANSITION),
+    drag=FRICTION * sp.tanh(TIP_VELOCITY / TRANSITION_VELOCITY),
     starts=starts,
     near=near,
     forms=(_STICKS,),

@@ -34,7 +34,7 @@ from tissue_probe.physics.extent import Extent
 
 Near = Callable[[Extent, Mapping[str, float]], list[dict[str, float]]]
 DAMAGE = sp.Symbol("damage_share", real=True)
-DEPTH = sp.Symbol("damage_depth", positive=True)
+DAMAGE_DEPTH = sp.Symbol("damage_depth", positive=True)
 #: How far the tip is from its largest depth, and whether it goes deeper than ever.
 WITHDRAWN = sp.Symbol("withdrawn_from_largest", real=True)
 DEEPER = sp.Symbol("deeper_than_ever", nonnegative=True)
@@ -49,7 +49,7 @@ def starts(extent: Extent) -> list[dict[str, float]]:
     """
     deepest = max(extent.depth, extent.indentation)
     return [
-        {str(DEPTH): f * deepest, str(BEFORE): before * deepest}
+        {str(DAMAGE_DEPTH): f * deepest, str(BEFORE): before * deepest}
         for f in (0.3, 1.0, 3.0)
         for before in (0.0, 0.6, 1.0)
     ]
@@ -66,9 +66,13 @@ def near(extent: Extent, found: Mapping[str, float]) -> list[dict[str, float]]:
     def left(share: float, depth: float) -> float:
         return 1.0 - share * (1.0 - math.exp(-deepest / depth))
 
-    now = found["stiffness"] * left(found[str(DAMAGE)], found[str(DEPTH)])
+    now = found["stiffness"] * left(found[str(DAMAGE)], found[str(DAMAGE_DEPTH)])
     return [
-        {str(DAMAGE): share, str(DEPTH): f * deepest, "stiffness": now / left(share, f * deepest)}
+        {
+            str(DAMAGE): share,
+            str(DAMAGE_DEPTH): f * deepest,
+            "stiffness": now / left(share, f * deepest),
+        }
         for share in (0.3, 0.6, 0.9)
         for f in (0.4, 1.2, 4.0)
     ]
@@ -88,7 +92,7 @@ def _form(
         "{damage_depth:m} deep",
         parameters=(
             Parameter(DAMAGE, "1", default=0.3, lower=0.0, upper=1.0),
-            Parameter(DEPTH, "m", default=1e-3, lower=1e-5, upper=0.1),
+            Parameter(DAMAGE_DEPTH, "m", default=1e-3, lower=1e-5, upper=0.1),
             Parameter(BEFORE, "m", default=0.0, lower=0.0, upper=0.1),
         ),
         force=-STIFFNESS * ELASTIC_DEPTH * DAMAGE * damage,
@@ -107,10 +111,10 @@ def _form(
 
 
 _OGDEN = _form(
-    sp.erf(sp.Max(_LARGEST**2 - INDENTATION**2, 0) / DEPTH**2),
+    sp.erf(sp.Max(_LARGEST**2 - INDENTATION**2, 0) / DAMAGE_DEPTH**2),
     "A first pressing follows the intact law; the damage by how far the energy of a straight "
     "spring is from its largest",
 )
 DAMAGE_BY_DEPTH = _form(
-    1 - sp.exp(-_LARGEST / DEPTH), "A weaker spring of the same form", near, (_OGDEN,)
+    1 - sp.exp(-_LARGEST / DAMAGE_DEPTH), "A weaker spring of the same form", near, (_OGDEN,)
 )

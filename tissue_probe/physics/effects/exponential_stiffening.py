@@ -5,9 +5,9 @@ import sympy as sp
 from tissue_probe.physics.effects.effect import INDENTATION, Effect, Parameter
 from tissue_probe.physics.extent import Extent
 
-STRENGTH = sp.Symbol("exponential_force", real=True)
-LENGTH = sp.Symbol("exponential_length", positive=True)
-_DEPTH = INDENTATION / LENGTH
+EXPONENTIAL_FORCE = sp.Symbol("exponential_force", real=True)
+EXPONENTIAL_LENGTH = sp.Symbol("exponential_length", positive=True)
+_DEPTH = INDENTATION / EXPONENTIAL_LENGTH
 
 
 def starts(extent: Extent) -> list[dict[str, float]]:
@@ -22,10 +22,10 @@ def _form(shape: sp.Expr, assumptions: str, forms: tuple[Effect, ...] = ()) -> E
         physics="A force that grows exponentially with the indentation, a (e^(x/L) - 1 - x/L)",
         says="the force grows e-fold every {exponential_length:m}",
         parameters=(
-            Parameter(STRENGTH, "N", default=0.05, lower=0.0, upper=1e3),
-            Parameter(LENGTH, "m", default=1e-3, lower=5e-5, upper=0.1),
+            Parameter(EXPONENTIAL_FORCE, "N", default=0.05, lower=0.0, upper=1e3),
+            Parameter(EXPONENTIAL_LENGTH, "m", default=1e-3, lower=5e-5, upper=0.1),
         ),
-        force=STRENGTH * shape,
+        force=EXPONENTIAL_FORCE * shape,
         starts=starts,
         forms=forms,
         excludes=("cubic_stiffening", "hertz_contact", "hunt_crossley", "saturating_spring"),

@@ -14,7 +14,7 @@ from tissue_probe.physics.effects.effect import (
 )
 from tissue_probe.physics.extent import Extent
 
-EXPONENT = sp.Symbol("contact_exponent", positive=True)
+CONTACT_EXPONENT = sp.Symbol("contact_exponent", positive=True)
 TOUCHING, PUSHING = sp.symbols("touching pushing", nonnegative=True)
 REFERENCE_DEPTH = 1e-3
 EXPONENTS = (1.2, 1.5, 2.0, 2.6)
@@ -48,8 +48,8 @@ def _form(lost: sp.Expr, switches: tuple[Switch, ...], forms: tuple[Effect, ...]
         family="stiffening",
         physics="The spring's force is k x0 (x / x0)^n in contact (x0 = 1 mm), and none out of it",
         says="the force grows as depth^{contact_exponent:.2f}",
-        parameters=(Parameter(EXPONENT, "1", default=1.5, lower=1.0, upper=3.5),),
-        force=STIFFNESS * INDENTATION * (_DEPTH ** (EXPONENT - 1) - 1),
+        parameters=(Parameter(CONTACT_EXPONENT, "1", default=1.5, lower=1.0, upper=3.5),),
+        force=STIFFNESS * INDENTATION * (_DEPTH ** (CONTACT_EXPONENT - 1) - 1),
         contact=TISSUE_FORCE * lost,
         switches=switches,
         neutral=1.0,
@@ -57,7 +57,7 @@ def _form(lost: sp.Expr, switches: tuple[Switch, ...], forms: tuple[Effect, ...]
         near=near,
         forms=forms,
         simpler=("contact_loss",),
-        limit=str(EXPONENT),
+        limit=str(CONTACT_EXPONENT),
         excludes=(
             "cubic_stiffening",
             "exponential_stiffening",

@@ -12,8 +12,8 @@ from tissue_probe.physics.effects.effect import (
 )
 from tissue_probe.physics.extent import Extent
 
-STRENGTH = sp.Symbol("depth_damping", real=True)
-EXPONENT = sp.Symbol("depth_damping_exponent", positive=True)
+DEPTH_DAMPING = sp.Symbol("depth_damping", real=True)
+DEPTH_DAMPING_EXPONENT = sp.Symbol("depth_damping_exponent", positive=True)
 TOUCHING = sp.Symbol("touching", nonnegative=True)
 REFERENCE_DEPTH = 1e-3
 
@@ -31,10 +31,10 @@ def _form(depth: sp.Expr, lost: bool, forms: tuple[Effect, ...] = ()) -> Effect:
         physics="A damping that grows with the indentation, b (x / x0)^n x' (x0 = 1 mm)",
         says="the damping grows as depth^{depth_damping_exponent:.2f}",
         parameters=(
-            Parameter(STRENGTH, "N s/m", default=3.0, lower=0.0, upper=1e3),
-            Parameter(EXPONENT, "1", default=1.0, lower=0.5, upper=3.0),
+            Parameter(DEPTH_DAMPING, "N s/m", default=3.0, lower=0.0, upper=1e3),
+            Parameter(DEPTH_DAMPING_EXPONENT, "1", default=1.0, lower=0.5, upper=3.0),
         ),
-        force=STRENGTH * ratio**EXPONENT * TIP_VELOCITY,
+        force=DEPTH_DAMPING * ratio**DEPTH_DAMPING_EXPONENT * TIP_VELOCITY,
         contact=TISSUE_FORCE * TOUCHING if lost else TISSUE_FORCE,
         switches=(Switch(TOUCHING, INDENTATION, -INDENTATION),) if lost else (),
         starts=starts,

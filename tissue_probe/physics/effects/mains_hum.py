@@ -6,8 +6,8 @@ from tissue_probe.physics.effects.effect import FORCE, TIME, Effect, Parameter
 from tissue_probe.physics.extent import Extent
 
 SINE, COSINE = sp.symbols("hum_sine hum_cosine", real=True)
-FREQUENCY = sp.Symbol("hum_frequency", positive=True)
-_ANGLE = 2 * sp.pi * FREQUENCY * TIME
+HUM_FREQUENCY = sp.Symbol("hum_frequency", positive=True)
+_ANGLE = 2 * sp.pi * HUM_FREQUENCY * TIME
 
 
 def starts(extent: Extent) -> list[dict[str, float]]:
@@ -23,7 +23,7 @@ MAINS_HUM = Effect(
     parameters=(
         Parameter(SINE, "N", default=0.01, lower=-1e2, upper=1e2),
         Parameter(COSINE, "N", default=0.01, lower=-1e2, upper=1e2),
-        Parameter(FREQUENCY, "Hz", default=50.0, lower=48.5, upper=61.5),
+        Parameter(HUM_FREQUENCY, "Hz", default=50.0, lower=48.5, upper=61.5),
     ),
     output=FORCE + SINE * sp.sin(_ANGLE) + COSINE * sp.cos(_ANGLE),
     strengths=2,

@@ -25,7 +25,7 @@ from tissue_probe.physics.effects.effect import (
 from tissue_probe.physics.extent import Extent
 
 EXCESS = sp.Symbol("stiffer_at_the_start", real=True)
-SETTLING = sp.Symbol("settling_path", positive=True)
+SETTLING_PATH = sp.Symbol("settling_path", positive=True)
 PATH = sp.Symbol("path_so_far", real=True)
 
 
@@ -33,7 +33,7 @@ def starts(extent: Extent) -> list[dict[str, float]]:
     """Propose ways from half a period's to the whole recording's, of a sine as fast and as wide."""
     whole = 2.0 / math.pi * extent.speed * extent.duration
     shortest = 2.0 * extent.indentation
-    return [{str(SETTLING): max(whole * f, shortest)} for f in (0.01, 0.03, 0.1, 0.3, 1.0)]
+    return [{str(SETTLING_PATH): max(whole * f, shortest)} for f in (0.01, 0.03, 0.1, 0.3, 1.0)]
 
 
 PRECONDITIONING = Effect(
@@ -44,9 +44,9 @@ PRECONDITIONING = Effect(
     "and settles within a way of {settling_path:m}",
     parameters=(
         Parameter(EXCESS, "1", default=0.3, lower=0.0, upper=20.0),
-        Parameter(SETTLING, "m", default=3e-2, lower=1e-4, upper=10.0),
+        Parameter(SETTLING_PATH, "m", default=3e-2, lower=1e-4, upper=10.0),
     ),
-    force=STIFFNESS * ELASTIC_DEPTH * EXCESS * sp.exp(-PATH / SETTLING),
+    force=STIFFNESS * ELASTIC_DEPTH * EXCESS * sp.exp(-PATH / SETTLING_PATH),
     states=(State(PATH, sp.Abs(TIP_VELOCITY), spread="counted"),),
     starts=starts,
     of_run=(str(EXCESS),),

@@ -11,8 +11,8 @@ from tissue_probe.physics.effects.effect import INPUT2, Effect, Parameter, State
 from tissue_probe.physics.extent import Extent
 
 GAIN, SQUARE, CUBE = sp.symbols("input2_gain input2_square input2_cube", real=True)
-LAG = sp.Symbol("input2_lag", positive=True)
-LAGGED = sp.Symbol("lagged_input2", real=True)
+INPUT2_LAG = sp.Symbol("input2_lag", positive=True)
+LAGGED_INPUT2 = sp.Symbol("lagged_input2", real=True)
 _GAIN = Parameter(GAIN, "N/input2", default=0.02, lower=-1e3, upper=1e3)
 _POLYNOMIAL = (
     _GAIN,
@@ -20,8 +20,8 @@ _POLYNOMIAL = (
     Parameter(CUBE, "N/input2^3", default=1e-4, lower=-1e3, upper=1e3),
 )
 # A shorter one is within a sample of most records, and would ask for very short steps.
-_LAG = Parameter(LAG, "s", default=0.05, lower=1e-3, upper=1e3)
-_STATE = State(LAGGED, (INPUT2 - LAGGED) / LAG, start=INPUT2, spread="input2")
+_LAG = Parameter(INPUT2_LAG, "s", default=0.05, lower=1e-3, upper=1e3)
+_STATE = State(LAGGED_INPUT2, (INPUT2 - LAGGED_INPUT2) / INPUT2_LAG, start=INPUT2, spread="input2")
 
 
 def starts(extent: Extent) -> list[dict[str, float]]:
@@ -58,8 +58,8 @@ SECOND_INPUT = _form(
     (_GAIN,),
     False,
     (
-        _form(LAGGED, (_GAIN,), True),
+        _form(LAGGED_INPUT2, (_GAIN,), True),
         _form(INPUT2, _POLYNOMIAL, False),
-        _form(LAGGED, _POLYNOMIAL, True),
+        _form(LAGGED_INPUT2, _POLYNOMIAL, True),
     ),
 )

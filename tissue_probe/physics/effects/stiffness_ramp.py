@@ -5,9 +5,9 @@ import sympy as sp
 from tissue_probe.physics.effects.effect import ELASTIC_DEPTH, TIME, Effect, Parameter
 from tissue_probe.physics.extent import Extent
 
-CHANGE = sp.Symbol("ramp_change", real=True)
+RAMP_CHANGE = sp.Symbol("ramp_change", real=True)
 BEGIN = sp.Symbol("ramp_begin", real=True)
-LENGTH = sp.Symbol("ramp_duration", positive=True)
+RAMP_DURATION = sp.Symbol("ramp_duration", positive=True)
 
 
 def starts(extent: Extent) -> list[dict[str, float]]:
@@ -25,17 +25,19 @@ STIFFNESS_RAMP = Effect(
     physics="The tissue's stiffness moves from one value to another at a constant rate",
     says="the stiffness changes by {ramp_change:N/m} within {ramp_duration:s}",
     parameters=(
-        Parameter(CHANGE, "N/m", default=100.0, lower=-1e5, upper=1e5),
+        Parameter(RAMP_CHANGE, "N/m", default=100.0, lower=-1e5, upper=1e5),
         Parameter(BEGIN, "s", default=0.0, lower=-1.0, upper=1e4),
-        Parameter(LENGTH, "s", default=1.0, lower=5e-3, upper=1e4),
+        Parameter(RAMP_DURATION, "s", default=1.0, lower=5e-3, upper=1e4),
     ),
-    force=CHANGE
+    force=RAMP_CHANGE
     * ELASTIC_DEPTH
-    * sp.Piecewise((0, TIME < BEGIN), (1, TIME > BEGIN + LENGTH), ((TIME - BEGIN) / LENGTH, True)),
+    * sp.Piecewise(
+        (0, TIME < BEGIN), (1, TIME > BEGIN + RAMP_DURATION), ((TIME - BEGIN) / RAMP_DURATION, True)
+    ),
     of_run=("ramp_begin", "ramp_duration"),
     starts=starts,
     simpler=("stiffness_step",),
-    limit=str(LENGTH),
+    limit=str(RAMP_DURATION),
     excludes=("stiffness_step",),
     assumptions="One ramp, of all that is elastic alike; the damping stays",
     reference="Ljung, System Identification (1999), section 11.2, on time-varying systems",

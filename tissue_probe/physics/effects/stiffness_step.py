@@ -13,7 +13,7 @@ from tissue_probe.physics.effects.effect import (
 )
 from tissue_probe.physics.extent import Extent
 
-CHANGE = sp.Symbol("step_change", real=True)
+STEP_CHANGE = sp.Symbol("step_change", real=True)
 INSTANT = sp.Symbol("step_time", real=True)
 AFTER = sp.Symbol("after_step", nonnegative=True)
 
@@ -35,10 +35,10 @@ STIFFNESS_STEP = Effect(
     physics="The tissue's stiffness jumps at one instant",
     says="the stiffness changes by {step_change:N/m} at {step_time:s}",
     parameters=(
-        Parameter(CHANGE, "N/m", default=100.0, lower=-1e5, upper=1e5),
+        Parameter(STEP_CHANGE, "N/m", default=100.0, lower=-1e5, upper=1e5),
         Parameter(INSTANT, "s", default=1.0, lower=0.0, upper=1e4),
     ),
-    force=CHANGE * AFTER * ELASTIC_DEPTH,
+    force=STEP_CHANGE * AFTER * ELASTIC_DEPTH,
     switches=(Switch(AFTER, sp.Integer(1), INSTANT - TIME, first=False),),
     of_run=("step_time",),
     starts=starts,

@@ -11,7 +11,7 @@ from tissue_probe.physics.sticking import SHARPEST, sliding
 COULOMB = sp.Symbol("stribeck_coulomb_force", real=True)
 BREAKAWAY = sp.Symbol("breakaway_excess", real=True)
 STRIBECK = sp.Symbol("stribeck_velocity", positive=True)
-TRANSITION = sp.Symbol("stribeck_transition_velocity", positive=True)
+STRIBECK_TRANSITION_VELOCITY = sp.Symbol("stribeck_transition_velocity", positive=True)
 #: Transition velocity [m/s] from which on, falling at such speeds, the friction never reaches its
 #: breakaway force.
 BLUNTEST = 1e-3
@@ -88,9 +88,11 @@ STRIBECK_FRICTION = Effect(
     parameters=(
         *_FORCES,
         Parameter(STRIBECK, "m/s", default=1e-2, lower=BLUNTEST, upper=1.0),
-        Parameter(TRANSITION, "m/s", default=BLUNTEST, lower=SHARPEST, upper=BLUNTEST),
+        Parameter(
+            STRIBECK_TRANSITION_VELOCITY, "m/s", default=BLUNTEST, lower=SHARPEST, upper=BLUNTEST
+        ),
     ),
-    drag=_CURVE * sp.tanh(TIP_VELOCITY / TRANSITION),
+    drag=_CURVE * sp.tanh(TIP_VELOCITY / STRIBECK_TRANSITION_VELOCITY),
     strengths=2,
     starts=starts,
     near=near,

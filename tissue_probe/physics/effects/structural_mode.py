@@ -9,14 +9,14 @@ from tissue_probe.physics.dynamic_stiffness import tissue_of, together
 from tissue_probe.physics.effects.effect import TIP_VELOCITY, Effect, Parameter, State
 from tissue_probe.physics.extent import Extent
 
-MASS = sp.Symbol("modal_mass", real=True)
-FREQUENCY = sp.Symbol("modal_frequency", positive=True)
+MODAL_MASS = sp.Symbol("modal_mass", real=True)
+MODAL_FREQUENCY = sp.Symbol("modal_frequency", positive=True)
 RATIO = sp.Symbol("modal_damping_ratio", positive=True)
 OFFSET, SPEED = sp.symbols("modal_displacement modal_velocity", real=True)
 # What is bolted together loses half a per cent and more; less would ring through a recording.
 LEAST_RATIO = 5e-3
 LOWEST, HIGHEST = 3.0, 400.0  # Hz
-_OMEGA = 2 * sp.pi * FREQUENCY
+_OMEGA = 2 * sp.pi * MODAL_FREQUENCY
 # Force per mass that the spring and damper exert on the modal mass, which lags the tip by OFFSET.
 _PULL = _OMEGA**2 * OFFSET + 2 * RATIO * _OMEGA * (TIP_VELOCITY - SPEED)
 
@@ -42,13 +42,13 @@ def near(extent: Extent, found: Mapping[str, float]) -> list[dict[str, float]]:
     search, and beside it each of the motion's faint harmonics has a resonance of its own.
     """
     at = extent.frequency
-    known = found[str(MASS)] * _per_mass(at, found[str(FREQUENCY)], found[str(RATIO)])
+    known = found[str(MODAL_MASS)] * _per_mass(at, found[str(MODAL_FREQUENCY)], found[str(RATIO)])
     whole = together(at, found, known)
     proposed = []
     for frequency in (at / (2.0 * math.pi) * over for over in (1.5, 3.0, 6.0, 12.0)):
         for mass in (0.02, 0.08):
             rest = tissue_of(at, whole - mass * _per_mass(at, frequency, 0.05))
-            own = {str(MASS): mass, str(FREQUENCY): frequency, str(RATIO): 0.05}
+            own = {str(MODAL_MASS): mass, str(MODAL_FREQUENCY): frequency, str(RATIO): 0.05}
             proposed.append({**own, **rest})
     return proposed
 
@@ -66,11 +66,11 @@ STRUCTURAL_MODE = Effect(
     physics="A mass on a spring and a damper, joined to the tip, resonates",
     says="a part resonates at {modal_frequency:Hz}",
     parameters=(
-        Parameter(MASS, "kg", default=0.005, lower=0.0, upper=1.0),
-        Parameter(FREQUENCY, "Hz", default=60.0, lower=LOWEST, upper=HIGHEST),
+        Parameter(MODAL_MASS, "kg", default=0.005, lower=0.0, upper=1.0),
+        Parameter(MODAL_FREQUENCY, "Hz", default=60.0, lower=LOWEST, upper=HIGHEST),
         Parameter(RATIO, "1", default=0.05, lower=LEAST_RATIO, upper=1.5),
     ),
-    drag=MASS * _PULL,
+    drag=MODAL_MASS * _PULL,
     states=(
         State(OFFSET, TIP_VELOCITY - SPEED, spread="length"),
         State(SPEED, _PULL, spread="speed"),

@@ -6,8 +6,8 @@ from tissue_probe.physics.effects.effect import TIME, Effect, Parameter
 from tissue_probe.physics.extent import Extent
 
 SINE, COSINE = sp.symbols("motion_sine motion_cosine", real=True)
-FREQUENCY = sp.Symbol("motion_frequency", positive=True)
-_ANGLE = 2 * sp.pi * FREQUENCY * TIME
+MOTION_FREQUENCY = sp.Symbol("motion_frequency", positive=True)
+_ANGLE = 2 * sp.pi * MOTION_FREQUENCY * TIME
 _SURFACE = SINE * sp.sin(_ANGLE) + COSINE * sp.cos(_ANGLE)
 
 
@@ -25,7 +25,7 @@ TISSUE_MOTION = Effect(
     parameters=(
         Parameter(SINE, "m", default=1e-4, lower=-0.05, upper=0.05),
         Parameter(COSINE, "m", default=1e-4, lower=-0.05, upper=0.05),
-        Parameter(FREQUENCY, "Hz", default=1.0, lower=0.05, upper=5.0),
+        Parameter(MOTION_FREQUENCY, "Hz", default=1.0, lower=0.05, upper=5.0),
     ),
     surface=(_SURFACE, _SURFACE.diff(TIME)),
     strengths=2,
