@@ -25,7 +25,7 @@ from tissue_probe.diagnosis import diagnosis
 from tissue_probe.diagnosis.answer import answer
 from tissue_probe.diagnosis.observation.instrument import Instrument
 from tissue_probe.diagnosis.observation.measurement import Measurement
-from tissue_probe.diagnosis.ranking.carried import carry_model
+from tissue_probe.diagnosis.ranking.other_runs import carry_model
 from tissue_probe.physics import machine_code
 from tissue_probe.physics.composition import Composition
 from tissue_probe.physics.effects import EFFECTS

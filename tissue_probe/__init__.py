@@ -17,8 +17,8 @@ if TYPE_CHECKING:
     from tissue_probe.analysis.catalogue import estimators as estimators
     from tissue_probe.analysis.challenges import make_challenge as make_challenge
     from tissue_probe.analysis.comparing import compare as compare
-    from tissue_probe.analysis.contact_used import design_admittance as design_admittance
-    from tissue_probe.analysis.contact_used import mujoco_contact as mujoco_contact
+    from tissue_probe.analysis.contact_export import design_admittance as design_admittance
+    from tissue_probe.analysis.contact_export import mujoco_contact as mujoco_contact
     from tissue_probe.analysis.contacting import identify_contact as identify_contact
     from tissue_probe.analysis.diagnosing import diagnose as diagnose
     from tissue_probe.analysis.diagnosing import improve as improve
@@ -44,7 +44,7 @@ _PLACES = {
     "Measurements": "tissue_probe.analysis.measurements:Measurements",
     "TissueProbeError": "tissue_probe.errors:TissueProbeError",
     "compare": "tissue_probe.analysis.comparing:compare",
-    "design_admittance": "tissue_probe.analysis.contact_used:design_admittance",
+    "design_admittance": "tissue_probe.analysis.contact_export:design_admittance",
     "diagnose": "tissue_probe.analysis.diagnosing:diagnose",
     "effects": "tissue_probe.analysis.catalogue:effects",
     "estimate": "tissue_probe.analysis.estimating:estimate",
@@ -56,7 +56,7 @@ _PLACES = {
     "make_challenge": "tissue_probe.analysis.challenges:make_challenge",
     "map": "tissue_probe.analysis.mapping:map_sites",
     "modulus": "tissue_probe.analysis.modulus:modulus",
-    "mujoco_contact": "tissue_probe.analysis.contact_used:mujoco_contact",
+    "mujoco_contact": "tissue_probe.analysis.contact_export:mujoco_contact",
     "mujoco_joint": "tissue_probe.analysis.joint_used:mujoco_joint",
     "preview": "tissue_probe.analysis.previewing:preview",
     "promises": "tissue_probe.analysis.promising:promises",

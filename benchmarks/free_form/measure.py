@@ -19,9 +19,9 @@ from tissue_probe.diagnosis.diagnosis import fit_plainly
 from tissue_probe.diagnosis.fitting.fit import Fit
 from tissue_probe.diagnosis.observation.instrument import Instrument
 from tissue_probe.diagnosis.observation.measurement import Measurement
-from tissue_probe.diagnosis.ranking.carried import carry_model
-from tissue_probe.diagnosis.shape.found import FoundShape, found_shape
+from tissue_probe.diagnosis.ranking.other_runs import carry_model
 from tissue_probe.diagnosis.shape.free_functions import in_order
+from tissue_probe.diagnosis.shape.shape_report import FoundShape, find_shape
 from tissue_probe.physics.composition import Composition
 from tissue_probe.signals import BoolArray
 
@@ -75,7 +75,7 @@ def outcome(term: str, excitation: str, strength: float, seed: int) -> Outcome:
     measured = Measurement(*made.first, 1.0 / CHALLENGE_RATE, at_rest=still)
     base = fit_plainly(Composition(RIG), [measured], KNOWN)
     begun = time.perf_counter()
-    found = found_shape([base], KNOWN)
+    found = find_shape([base], KNOWN)
     seconds = time.perf_counter() - begun
     return Outcome(
         term,

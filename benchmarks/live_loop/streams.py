@@ -20,7 +20,7 @@ from tissue_probe.challenge.instrument import (
     InstrumentErrors,
     pink_noise,
 )
-from tissue_probe.challenge.measured import Measured
+from tissue_probe.challenge.measured_motion import Measured
 from tissue_probe.challenge.motion import MOTION_RATE
 from tissue_probe.challenge.record import follow
 from tissue_probe.challenge.simulator import LIBRARY, PINK_NOISE

@@ -19,8 +19,8 @@ from tissue_probe.diagnosis import diagnosis
 from tissue_probe.diagnosis.answer import answer
 from tissue_probe.diagnosis.observation.instrument import Instrument
 from tissue_probe.diagnosis.observation.measurement import Measurement
-from tissue_probe.diagnosis.ranking.carried import carry_model
-from tissue_probe.diagnosis.second_recording import told_by
+from tissue_probe.diagnosis.ranking.other_runs import carry_model
+from tissue_probe.diagnosis.second_recording import weigh_by_model
 from tissue_probe.physics.composition import Composition
 from tissue_probe.physics.effects import EFFECTS
 
@@ -53,7 +53,7 @@ def measured(record: Record) -> Measurement:
 
 
 def second_error(challenge: Challenge, fit, instrument: Instrument) -> float:
-    second = told_by(fit, [measured(challenge.second)], instrument)
+    second = weigh_by_model(fit, [measured(challenge.second)], instrument)
     moved = carry_model(fit.composition, fit.named(), second, instrument)
     assert moved is not None
     return moved.rmse

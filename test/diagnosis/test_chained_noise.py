@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from specimen import Specimen, multisine
 
 from tissue_probe.diagnosis.diagnosis import diagnose
-from tissue_probe.diagnosis.observation.chained import NEAR, Chained
+from tissue_probe.diagnosis.observation.chained_noise import NEAR, Chained
 from tissue_probe.diagnosis.observation.instrument import Instrument
 from tissue_probe.diagnosis.observation.measurement import Measurement
 from tissue_probe.diagnosis.observation.motion import MotionEstimate

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from scipy.linalg import cholesky, toeplitz
 from scipy.signal import lfilter
 
-from tissue_probe.diagnosis.observation.coloured import Coloured
+from tissue_probe.diagnosis.observation.coloured_noise import Coloured
 
 #: A resonance with a period of ten samples that rings for some twenty.
 POLE = 0.95 * np.exp(0.2j * np.pi)

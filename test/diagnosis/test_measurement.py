@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from tissue_probe.diagnosis.fitting.problem import Problem
-from tissue_probe.diagnosis.observation.coloured import Coloured
+from tissue_probe.diagnosis.observation.coloured_noise import Coloured
 from tissue_probe.diagnosis.observation.instrument import Instrument
 from tissue_probe.diagnosis.observation.measurement import OFTEN, Measurement
 from tissue_probe.diagnosis.observation.noise import Noise

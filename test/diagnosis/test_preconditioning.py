@@ -9,7 +9,7 @@ import pytest
 from tissue_probe.diagnosis.diagnosis import diagnose
 from tissue_probe.diagnosis.observation.instrument import Instrument
 from tissue_probe.diagnosis.observation.measurement import Measurement
-from tissue_probe.diagnosis.ranking.carried import carry_model
+from tissue_probe.diagnosis.ranking.other_runs import carry_model
 from tissue_probe.physics.composition import Composition
 from tissue_probe.physics.effects import EFFECTS
 from tissue_probe.physics.rigs import RIGID_PROBE

@@ -12,7 +12,7 @@ from tissue_probe.diagnosis.diagnosis import diagnose
 from tissue_probe.diagnosis.fitting.runs import Runs
 from tissue_probe.diagnosis.observation.measurement import Measurement
 from tissue_probe.diagnosis.observation.noise import Noise
-from tissue_probe.diagnosis.ranking.carried import carry_model
+from tissue_probe.diagnosis.ranking.other_runs import carry_model
 from tissue_probe.physics.composition import Composition
 from tissue_probe.physics.effects import EFFECTS
 
@@ -113,7 +113,9 @@ def test_every_measurement_has_the_values_of_its_run(runs):
     values = np.arange(len(layout.names), dtype=float)
     for index, run in enumerate(runs):
         got = dict(zip(composition.kernel.values, layout.values_in(index, values), strict=True))
-        told = layout.named_in(layout.numbers[index], dict(zip(layout.names, values, strict=True)))
+        told = layout.name_for_run(
+            layout.numbers[index], dict(zip(layout.names, values, strict=True))
+        )
         assert got == told
         same = [i for i in range(len(runs)) if run and runs[i] == run] or [index]
         assert {layout.numbers[i] for i in same} == {layout.numbers[index]}

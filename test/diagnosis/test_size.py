@@ -12,7 +12,7 @@ from tissue_probe.analysis.question import question
 from tissue_probe.diagnosis.diagnosis import diagnose
 from tissue_probe.diagnosis.observation.measurement import Measurement
 from tissue_probe.diagnosis.observation.noise import Noise
-from tissue_probe.diagnosis.sizing import size_of, told_of_size
+from tissue_probe.diagnosis.sizing import report_size, size_of
 from tissue_probe.physics import library
 from tissue_probe.physics.composition import Composition
 from tissue_probe.physics.effect_scale import over, resize_effect
@@ -228,7 +228,7 @@ def test_a_quick_ramp_and_a_long_hold_are_as_large_as_the_ramp():
 
 def test_a_speed_that_a_law_refers_to_is_told_in_the_records_size():
     scale = Scale(length=1e-3)
-    (finding,) = told_of_size(scale)
+    (finding,) = report_size(scale)
     assert "10 mm/s (`damping_at_10_mm_s`) to 1e-05 m/s" in finding.sentence
     law = resize_effect(EFFECTS["nonlinear_damping"].forms[0], scale)
     damping, exponent = (each.symbol for each in law.parameters)

@@ -39,3 +39,62 @@ def test_constants_of_one_name_have_one_value():
                 values[name][ast.unparse(statement.value)].append(path)
     several = {name: dict(found) for name, found in values.items() if len(found) > 1}
     assert several == {}
+
+
+#: Participles that do not end in "ed", and are no verbs as they stand.
+IRREGULAR = {
+    "begun",
+    "broken",
+    "chosen",
+    "done",
+    "drawn",
+    "driven",
+    "felt",
+    "forgotten",
+    "found",
+    "given",
+    "gone",
+    "heard",
+    "held",
+    "hidden",
+    "kept",
+    "known",
+    "left",
+    "lost",
+    "made",
+    "meant",
+    "seen",
+    "sent",
+    "shaken",
+    "shown",
+    "taken",
+    "told",
+    "torn",
+    "worn",
+    "written",
+}
+#: A user's own rig or law imports these, as the documents show.
+OF_USERS = {"composed", "driven_by_force", "pushed", "stretched", "tabulated"}
+
+
+def is_participle(word):
+    """Whether a word is one; "need" and "feed" are not."""
+    return word in IRREGULAR or (word.endswith("ed") and len(word) > 4)
+
+
+def test_functions_are_named_by_a_verb_or_a_noun_and_not_by_a_participle():
+    named = {
+        (path, statement.name)
+        for path, statement in statements()
+        if isinstance(statement, ast.FunctionDef | ast.AsyncFunctionDef)
+    }
+    bare = {
+        (path, name)
+        for path, name in named
+        if name not in OF_USERS
+        and not name.startswith("_")
+        and (
+            (first := name.split("_")[0]) in IRREGULAR or (first.endswith("ed") and len(first) > 4)
+        )
+    }
+    assert bare == set()

@@ -23,12 +23,12 @@ from tissue_probe.diagnosis.fitting.corners import without_corners
 from tissue_probe.diagnosis.fitting.fit import Fit as Fit
 from tissue_probe.diagnosis.fitting.input_noise import whiten_input_noise
 from tissue_probe.diagnosis.improvement.ladder import climb_by
-from tissue_probe.diagnosis.left_out import left_out
+from tissue_probe.diagnosis.left_out_samples import report_left_out
 from tissue_probe.diagnosis.observation.instrument import Instrument
 from tissue_probe.diagnosis.observation.measurement import Measurement
-from tissue_probe.diagnosis.prepared import prepare_question
+from tissue_probe.diagnosis.preparation import prepare_question
 from tissue_probe.diagnosis.ranking.candidates import fit_base, refit
-from tissue_probe.diagnosis.ranking.carried import carry_model
+from tissue_probe.diagnosis.ranking.other_runs import carry_model
 from tissue_probe.diagnosis.revisions.held_fineness import refine_held
 from tissue_probe.diagnosis.sharing import WORKERS, among
 from tissue_probe.diagnosis.sizing import library_of_size
@@ -249,7 +249,7 @@ def _compare_model(
         fit = fit_base(composition, clean, instrument)
         if kept := without_corners(fit):
             fit = fit_base(composition, kept, instrument)
-            findings += left_out(clean, fit, instrument)
+            findings += report_left_out(clean, fit, instrument)
     notes = list(put.notes)
     notes += [each.sentence for each in (*findings, *check_fit(fit, fit))]
     named = "" if model is None else str(model) if not isinstance(model, FittedModel) else "given"

@@ -30,10 +30,10 @@ from tissue_probe.diagnosis.evidence.adequacy import leaves_only_noise
 from tissue_probe.diagnosis.fitting.corners import without_corners
 from tissue_probe.diagnosis.fitting.fit import Fit
 from tissue_probe.diagnosis.fitting.problem import CONTACT_NAME
-from tissue_probe.diagnosis.left_out import left_out
+from tissue_probe.diagnosis.left_out_samples import report_left_out
 from tissue_probe.diagnosis.observation.instrument import Instrument
 from tissue_probe.diagnosis.observation.measurement import Measurement
-from tissue_probe.diagnosis.prepared import prepare_question
+from tissue_probe.diagnosis.preparation import prepare_question
 from tissue_probe.diagnosis.ranking.candidates import fit_base
 from tissue_probe.errors import ParameterError
 from tissue_probe.likeness import Alike
@@ -178,7 +178,7 @@ def identify_contact(
     taken = [each.measurement(composition.output) for each in found]
     ready = prepare_question(composition, taken, instrument)
     fit = _fit(composition, ready.measurements, instrument)
-    findings = [*ready.findings, *left_out(ready.measurements, fit, instrument)]
+    findings = [*ready.findings, *report_left_out(ready.measurements, fit, instrument)]
     kept, lost = (None, "") if leaves_only_noise(fit) else in_contact(fit, instrument)
     if kept is not None:
         fit = _fit(composition, kept, instrument)

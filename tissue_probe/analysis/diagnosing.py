@@ -165,7 +165,7 @@ class DiagnosisResult(Alike):
         return {fit_shown.title(fit): fit_shown.model_of(fit, files) for fit in fits}
 
     @take.checks(effect=take.text)
-    def explained_by(self, effect: str, index: int) -> FloatArray:
+    def explain_by(self, effect: str, index: int) -> FloatArray:
         """Return the part of a part's residual that an effect alone explains [unit of the output].
 
         Raises

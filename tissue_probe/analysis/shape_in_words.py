@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 from tissue_probe.quantities import engineering
 
 if TYPE_CHECKING:
-    from tissue_probe.diagnosis.shape.found import FoundShape
+    from tissue_probe.diagnosis.shape.shape_report import FoundShape
 
 #: How each variable is called in a sentence.
 VARIABLE_NAMES = {

@@ -12,7 +12,7 @@ from scipy.ndimage import uniform_filter1d
 from scipy.signal import welch
 
 from tissue_probe.challenge.instrument import CHALLENGE_RATE
-from tissue_probe.challenge.measured import Measured, time_scale
+from tissue_probe.challenge.measured_motion import Measured, time_scale
 from tissue_probe.errors import ParameterError
 from tissue_probe.signals import FloatArray
 

@@ -21,7 +21,7 @@ from tissue_probe.challenge.instrument import (
     pink_noise,
 )
 from tissue_probe.challenge.instrumental import INSTRUMENTAL, SPOILING_EFFECTS
-from tissue_probe.challenge.measured import Measured
+from tissue_probe.challenge.measured_motion import Measured
 from tissue_probe.challenge.mechanical import MECHANICAL
 from tissue_probe.challenge.outside import OUTSIDE
 from tissue_probe.challenge.specimen import Specimen

@@ -18,13 +18,13 @@ from numba import njit
 from tissue_probe.challenge.specimen import Specimen
 from tissue_probe.challenge.tissue import (
     bond,
-    damaged,
     elastic,
+    share_after_depth,
+    share_after_way,
     steepness,
     stiffness,
     surface,
     viscous,
-    worked,
 )
 from tissue_probe.signals import FloatArray, IntArray
 
@@ -39,9 +39,9 @@ def tissue_force(p: Specimen, time: float, state: FloatArray) -> float:
     depth, rate = state[POSITION] - d, state[VELOCITY] - d_rate
     force = elastic(p, stiffness(p, time, rate, state[STRAIN]), depth)
     if p.damage != 0.0:
-        force *= damaged(p, depth, state[LARGEST])
+        force *= share_after_depth(p, depth, state[LARGEST])
     if p.worked_off != 0.0:
-        force *= worked(p, state[WAY])
+        force *= share_after_way(p, state[WAY])
     force += viscous(p, time, depth, rate, state[AGILITY])
     for branch in range(p.branches):
         force += state[BRANCHES + branch]

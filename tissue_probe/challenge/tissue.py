@@ -57,7 +57,7 @@ def elastic(p: Specimen, k: float, depth: float) -> float:
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def damaged(p: Specimen, depth: float, largest: float) -> float:
+def share_after_depth(p: Specimen, depth: float, largest: float) -> float:
     """Share of the spring's force that tissue has kept which was pressed in so far (Mullins, 1969).
 
     By the largest depth m: 1 - d (1 - exp(-m / D)) (Simo, 1987). Or by how far it is from there:
@@ -71,7 +71,7 @@ def damaged(p: Specimen, depth: float, largest: float) -> float:
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def worked(p: Specimen, way: float) -> float:
+def share_after_way(p: Specimen, way: float) -> float:
     """Share of the spring's force left after a way in and out (Fung, 1993, preconditioning)."""
     return 1.0 - p.worked_off + p.worked_off * math.exp(-(way + p.worked_before) / p.working_path)
 

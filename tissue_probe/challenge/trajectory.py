@@ -13,7 +13,7 @@ from typing import Literal
 import numpy as np
 
 from tissue_probe.challenge.coil import PERFECT, Coil
-from tissue_probe.challenge.measured import Measured
+from tissue_probe.challenge.measured_motion import Measured
 from tissue_probe.challenge.periodic import periodic
 from tissue_probe.signals import FloatArray
 

@@ -75,7 +75,7 @@ def admittance(
     For ros2_controllers' admittance_controller: the least damping with which the loop of
     admittance, delay, position loop and tissue keeps the margins.
     """
-    from tissue_probe.analysis.contact_used import design_admittance
+    from tissue_probe.analysis.contact_export import design_admittance
 
     result = design_admittance(
         contacts,

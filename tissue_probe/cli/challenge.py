@@ -15,7 +15,7 @@ from tissue_probe.quantities import SIDE
 if TYPE_CHECKING:
     from tissue_probe.challenge.folder import Format
     from tissue_probe.challenge.grading import Count, Grade, GradedDiagnosis
-    from tissue_probe.challenge.measured import Measured
+    from tissue_probe.challenge.measured_motion import Measured
     from tissue_probe.challenge.series import Hide
     from tissue_probe.challenge.simulator import Excitation, Rig
     from tissue_probe.challenge.trajectory import Kind

@@ -26,7 +26,7 @@ def mujoco(
     Writes a pair of geoms with solref and solimp, by the weights of the bodies as MuJoCo compiles
     them. MuJoCo must be installed.
     """
-    from tissue_probe.analysis.contact_used import mujoco_contact
+    from tissue_probe.analysis.contact_export import mujoco_contact
 
     result = mujoco_contact(contact, model, tip=tip, tissue=tissue)
     result.save(output)

@@ -148,7 +148,7 @@ class LimitMonitor:
         self._ended = time.monotonic()
         self.limits = limits
         # Nodes that need no more than the settings are spared Numba, which takes a second.
-        from tissue_probe.devices.first_passed import first_passed
+        from tissue_probe.devices.limit_check import first_passed
 
         self._first_passed = first_passed
         nothing = np.zeros(1)

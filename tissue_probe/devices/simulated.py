@@ -37,7 +37,7 @@ from tissue_probe.physics.phantom import load_phantom
 from tissue_probe.signals import NANOSECONDS, BoolArray, FloatArray
 
 if TYPE_CHECKING:
-    from tissue_probe.devices.composed import ComposedProbe
+    from tissue_probe.devices.composed_mechanics import ComposedProbe
 
 #: Longest Runge-Kutta step as a part of the time constant of the fastest motion.
 STEP_OF_TIME_CONSTANT = 0.2
@@ -183,7 +183,7 @@ class SimulatedProbe:
 
     def _compose(self) -> ComposedProbe:
         # Symbols are imported only where there is a model: they take half a second.
-        from tissue_probe.devices.composed import ComposedProbe
+        from tissue_probe.devices.composed_mechanics import ComposedProbe
 
         coil = self._constants()[:6]
         stiffest = self._phantom.stiffest

@@ -22,8 +22,8 @@ from tissue_probe.quantities import SIDE
 
 if TYPE_CHECKING:
     from tissue_probe.diagnosis.shape.formula import Formula
-    from tissue_probe.diagnosis.shape.found import FoundShape
     from tissue_probe.diagnosis.shape.learnt_curve import Curve
+    from tissue_probe.diagnosis.shape.shape_report import FoundShape
 
 Verdict = Literal["adequate", "missing", "ambiguous", "unexplained"]
 #: A number, or null where there is none (JSON knows neither NaN nor infinity).

@@ -24,7 +24,7 @@ from tissue_probe.diagnosis.advice.separation import (
 )
 from tissue_probe.diagnosis.advice.visibility import unseen
 from tissue_probe.diagnosis.evidence.conclusion import Ladder, Verdict
-from tissue_probe.diagnosis.evidence.posterior import favoured_effects
+from tissue_probe.diagnosis.evidence.posterior import list_favoured_effects
 from tissue_probe.diagnosis.fit_checks import check_fit, check_held_out
 from tissue_probe.diagnosis.fitting.accuracy import widen_covariance
 from tissue_probe.diagnosis.fitting.fit import Fit
@@ -33,20 +33,20 @@ from tissue_probe.diagnosis.improvement.moves import addable
 from tissue_probe.diagnosis.input_course import COURSE, report_course
 from tissue_probe.diagnosis.inspection.finding import Finding
 from tissue_probe.diagnosis.instrument_values import FoundInstrumentValue
-from tissue_probe.diagnosis.left_out import left_out
+from tissue_probe.diagnosis.left_out_samples import report_left_out
 from tissue_probe.diagnosis.observation.instrument import Instrument
 from tissue_probe.diagnosis.observation.measurement import Measurement
-from tissue_probe.diagnosis.prepared import Prepared, prepare_question
+from tissue_probe.diagnosis.preparation import Prepared, prepare_question
 from tissue_probe.diagnosis.ranking.candidates import Tell, fit_base
 from tissue_probe.diagnosis.ranking.rules import find_added_effect
 from tissue_probe.diagnosis.ranking.screen import Promise, screen_effects
-from tissue_probe.diagnosis.revisions.table import NO_FLICKER, observed_with
+from tissue_probe.diagnosis.revisions.table import NO_FLICKER, apply_to_instrument
 from tissue_probe.diagnosis.second_recording import FAR_RATIO, SecondRecording
 from tissue_probe.physics.composition import Composition
 from tissue_probe.physics.rigs import OWN
 
 if TYPE_CHECKING:
-    from tissue_probe.diagnosis.shape.found import FoundShape
+    from tissue_probe.diagnosis.shape.shape_report import FoundShape
     from tissue_probe.physics.effects import Effect
 
 #: Where the search for a further effect came to its limit, and something is left unexplained.
@@ -217,7 +217,7 @@ def diagnose(
         composition, measurements, instrument, library, validation, wanted, begin_at
     )
     ladder = _climb_ladder(asked, begin_at, progress, tell)
-    instrument = observed_with(asked.instrument, ladder.revisions)
+    instrument = apply_to_instrument(asked.instrument, ladder.revisions)
     ladder, coarse = _as_sure(ladder, instrument)
     hidden = _unseen(ladder, asked, instrument)
     ladder = _hidden_first(ladder, hidden)
@@ -234,7 +234,7 @@ def diagnose(
     findings = [
         *_revise_findings(asked.findings, ladder),
         *coarse,
-        *left_out(asked.measurements, ladder.final, instrument),
+        *report_left_out(asked.measurements, ladder.final, instrument),
         *_of_fit(ladder, second),
         *instrument_values.findings(own),
     ]
@@ -258,9 +258,9 @@ def diagnose(
 def _shape(ladder: Ladder, instrument: Instrument, second: SecondRecording) -> FoundShape:
     """Learn the shape beside the base, or beside the effects that come nearest."""
     # Only now: most diagnoses do without.
-    from tissue_probe.diagnosis.shape.found import found_shape
+    from tissue_probe.diagnosis.shape.shape_report import find_shape
 
-    return found_shape((ladder.base, *ladder.steps), instrument, second.measurements)
+    return find_shape((ladder.base, *ladder.steps), instrument, second.measurements)
 
 
 def _climb_ladder(
@@ -278,7 +278,7 @@ def _unseen(ladder: Ladder, asked: Prepared, instrument: Instrument) -> tuple[st
         return ()
     tried = ladder.ranking if ladder.verdict == "adequate" else ()
     hidden = unseen(ladder.final, asked.library, instrument, asked.composition, tried)
-    favoured = favoured_effects(ladder.final, tried)
+    favoured = list_favoured_effects(ladder.final, tried)
     named = {name for each in ladder.alternatives for name in each}
     return tuple(name for name in dict.fromkeys([*hidden, *favoured]) if name not in named)
 

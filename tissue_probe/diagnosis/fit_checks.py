@@ -13,7 +13,7 @@ from tissue_probe.diagnosis.evidence.adequacy import leaves_only_noise
 from tissue_probe.diagnosis.fitting.fit import Fit
 from tissue_probe.diagnosis.inspection.finding import Finding
 from tissue_probe.diagnosis.observation.instrument import Instrument
-from tissue_probe.diagnosis.ranking.carried import of_specimen
+from tissue_probe.diagnosis.ranking.other_runs import of_specimen
 from tissue_probe.physics.rigs import name_rigs
 from tissue_probe.quantities import FORCE, SIDE
 

@@ -98,7 +98,7 @@ def _likeliest(
     return best
 
 
-def told_anew(final: Fit, instrument: Instrument) -> list[Measurement]:
+def choose_course_anew(final: Fit, instrument: Instrument) -> list[Measurement]:
     """Return the measurements of a fit on another course by which it fits better; empty if on none.
 
     The course was chosen by a model that lacks an effect. A held force is late against straight

@@ -19,12 +19,12 @@ from tissue_probe.diagnosis.fitting.force_errors import feels_force
 from tissue_probe.diagnosis.fitting.input_noise import with_input_noise
 from tissue_probe.diagnosis.fitting.outliers import without_outliers
 from tissue_probe.diagnosis.fitting.problem import Problem
-from tissue_probe.diagnosis.fitting.undecided import without_undecided
+from tissue_probe.diagnosis.fitting.undecided_samples import without_undecided
 from tissue_probe.diagnosis.inspection.finding import Finding
 from tissue_probe.diagnosis.observation.instrument import Instrument
 from tissue_probe.diagnosis.observation.measurement import Measurement
 from tissue_probe.diagnosis.observation.noise import Noise
-from tissue_probe.diagnosis.ranking.carried import carry_model, of_specimen
+from tissue_probe.diagnosis.ranking.other_runs import carry_model, of_specimen
 from tissue_probe.diagnosis.sharing import map_shared
 from tissue_probe.physics.response import Fineness
 from tissue_probe.signals import FloatArray, IntArray
@@ -70,7 +70,7 @@ class SecondRecording:
         first = ladder.final.measurements
         # As the input goes on between samples of the first recording, it does in the second.
         alike = [replace(m, between=first[0].between, fineness=_finest(first)) for m in given]
-        told = told_by(ladder.final, alike, instrument)
+        told = weigh_by_model(ladder.final, alike, instrument)
         tried = _list_tried(ladder)
         known = [*told, *(fit.composition for fit in tried)]
         found = map_shared(
@@ -144,7 +144,7 @@ def _list_tried(ladder: Ladder) -> list[Fit]:
     return list(dict.fromkeys(every))
 
 
-def told_by(
+def weigh_by_model(
     fit: Fit, measurements: Sequence[Measurement], instrument: Instrument
 ) -> Sequence[Measurement]:
     """Return other recordings of the specimen as the last model shows that they are to be weighed.

@@ -78,7 +78,7 @@ def of_size(measurement: Measurement, scale: Scale) -> Measurement:
     return replace(measurement, scale=scale, noise=noise)
 
 
-def told_of_size(scale: Scale) -> list[Finding]:
+def report_size(scale: Scale) -> list[Finding]:
     """Say the consequences of a record's size; nothing where it is usual."""
     if replace(scale, input2=1.0).is_usual:
         return []

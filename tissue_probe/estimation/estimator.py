@@ -12,11 +12,11 @@ from typing import Any
 import numpy as np
 
 from tissue_probe.alignment import Alignment
-from tissue_probe.estimation.carried_over import carry_over
 from tissue_probe.estimation.kernel import Kernel, Plan
 from tissue_probe.estimation.run import Run
 from tissue_probe.estimation.settings import OF_MODEL, EstimatorSettings
 from tissue_probe.estimation.table import ESTIMATORS
+from tissue_probe.estimation.takeover import carry_over
 from tissue_probe.signals import TEXT, IntArray, SampleBlock, TissueEstimates, sample_offsets
 
 #: Samples that come again within this time are taken for repeats [ns].

@@ -12,7 +12,7 @@ from types import ModuleType
 
 import sympy as sp
 
-from tissue_probe.estimation import considered
+from tissue_probe.estimation import considered_constants
 from tissue_probe.estimation.equations import Filter
 from tissue_probe.estimation.layout import (
     DERIVED,
@@ -96,8 +96,8 @@ def source(model: Model, discretisation: str, layout: StateLayout, equations: Mo
             "update(constants, memory, innovation, S, R)",
             lambda filter: _update(filter, equations),
         ),
-        function("is_bounded(constants, memory)", considered.is_bounded),
-        function("bound(constants, memory)", considered.bound),
+        function("is_bounded(constants, memory)", considered_constants.is_bounded),
+        function("bound(constants, memory)", considered_constants.bound),
         function("told(constants, memory)", _told),
         function("inflate(constants, memory, factor, offset_factor)", _inflate),
         f"@njit({OPTIONS})\n{inspect.getsource(equations.weigh)}",
@@ -152,7 +152,7 @@ def _places(layout: StateLayout, memory: int, verdict: int, follows: bool) -> st
 def _forget(filter: Filter) -> None:
     """Know less than the prior: a constant force, too, may have any value within its bounds."""
     filter.assign(filter.per_state("prior"), sp.diag(*filter.per_state("largest_variance")))
-    considered.begin(filter)
+    considered_constants.begin(filter)
 
 
 def _start(filter: Filter) -> None:
@@ -162,7 +162,7 @@ def _start(filter: Filter) -> None:
     filter.program.store("memory", layout.history, [0.0] * 8)
     filter.program.store("memory", layout.verdict, [1.0] + (VERDICT_SIZE - 1) * [0.0])
     filter.program.store("memory", layout.verdict + VERDICT_SIZE, list(layout.extra.values()))
-    considered.begin(filter)
+    considered_constants.begin(filter)
 
 
 def _reopen(filter: Filter) -> None:
@@ -173,21 +173,21 @@ def _reopen(filter: Filter) -> None:
     prior = sp.diag(*filter.per_state("prior_variance"))
     P = sp.Matrix(*prior.shape, lambda i, j: filter.P[i, j] if kept[i] and kept[j] else prior[i, j])
     filter.assign(filter.X, P)
-    considered.reopen(filter, kept)
+    considered_constants.reopen(filter, kept)
     filter.program.store("memory", filter.layout.primed, [0.0])
 
 
 def _predict(filter: Filter, equations: ModuleType) -> None:
     """Advance by one sample."""
     if filter.considered:
-        considered.predict(filter)
+        considered_constants.predict(filter)
     equations.predict(filter)
 
 
 def _update(filter: Filter, equations: ModuleType) -> None:
     """Take in an innovation."""
     if filter.considered:
-        considered.update(filter)
+        considered_constants.update(filter)
     equations.update(filter)
 
 

@@ -12,7 +12,7 @@ from types import ModuleType
 import numpy as np
 from numpy.typing import NDArray
 
-from tissue_probe.estimation.considered import considered, may_touch_elsewhere
+from tissue_probe.estimation.considered_constants import list_considered, may_touch_elsewhere
 from tissue_probe.estimation.layout import StateLayout
 from tissue_probe.estimation.settings import EstimatorSettings
 from tissue_probe.physics import code_cache, machine_code, numba_code
@@ -163,7 +163,7 @@ class KalmanFilter:
         if settings.model:
             return self._composed(settings)
         how, windowed = settings.discretisation, RIGS[settings.rig].live is Live.windows
-        roughly, offset = considered(settings), self._has_offset(settings)
+        roughly, offset = list_considered(settings), self._has_offset(settings)
         name = f"{self._name}_rigid" if windowed else f"{self._name}_{how}"
         name += self._tolerances(roughly, offset)
         code = _code(name, lambda: self._source(settings.rig, how, roughly, offset))
@@ -176,7 +176,7 @@ class KalmanFilter:
         from tissue_probe.estimation.generate import source
         from tissue_probe.estimation.live_model import live_model
 
-        roughly, offset = considered(settings), self._has_offset(settings)
+        roughly, offset = list_considered(settings), self._has_offset(settings)
         live = live_model(settings, offset)
         layout = replace(live.layout(self.equations.EXTRA), considered=roughly)
         name = f"{self._name}_{settings.discretisation}_{live.digest}"

@@ -148,7 +148,7 @@ class StateLayout:
         """Place in ``memory`` of W, d, L of the considered constants (see ``Filter``)."""
         return self.verdict + VERDICT_SIZE + len(self.extra)
 
-    def considered_parts(self, memory: NDArray[np.float64]) -> tuple[NDArray[np.float64], ...]:
+    def view_considered(self, memory: NDArray[np.float64]) -> tuple[NDArray[np.float64], ...]:
         """Return W, d, L of the considered constants, shapes (n, q), (q,), (q, q), as views."""
         n, q, place = len(self.states), len(self.considered), self.considering
         W, d, L = np.split(memory[place : self.size], [n * q, n * q + q])
@@ -156,7 +156,7 @@ class StateLayout:
 
     def by_constants(self, memory: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return W W^T, the covariance that is due to considered constants, shape (n, n)."""
-        W, _, _ = self.considered_parts(memory)
+        W, _, _ = self.view_considered(memory)
         return np.asarray(W @ W.T)
 
     @property

@@ -18,7 +18,7 @@ from matplotlib.patheffects import withStroke
 from matplotlib.ticker import MaxNLocator
 
 from tissue_probe.figures.shown_figure import ShownFigure
-from tissue_probe.mapping.posterior.hidden import LARGEST_HIDDEN
+from tissue_probe.mapping.posterior.hidden_inclusions import LARGEST_HIDDEN
 from tissue_probe.mapping.posterior.results import Inclusion, PosteriorMap, Raster
 from tissue_probe.mapping.sites import Sites
 from tissue_probe.signals import FloatArray

@@ -72,7 +72,7 @@ class Hearing:
         self._wanted = wanted
         self._type_name = f"{message_type.__module__.split('.')[0]}/msg/{message_type.__name__}"
         self._looked = time.monotonic()
-        self._asked = offered_by_all(wanted, self._offers())
+        self._asked = find_offered_quality(wanted, self._offers())
         self.subscription = self._subscribe()
 
     def is_due(self) -> bool:
@@ -85,7 +85,7 @@ class Hearing:
     def ask_anew(self) -> None:
         """Replace the subscription by one that all hear who publish now."""
         before = self.subscription
-        self._asked = offered_by_all(self._wanted, self._offers())
+        self._asked = find_offered_quality(self._wanted, self._offers())
         self.subscription = self._subscribe()
         self._node.destroy_subscription(before)
 
@@ -137,7 +137,7 @@ class Hearing:
         """
         if not offers:
             return False
-        wanted = offered_by_all(self._wanted, offers)
+        wanted = find_offered_quality(self._wanted, offers)
         if _qualities(wanted) == _qualities(self._asked):
             return False
         unheard = any(
@@ -160,7 +160,7 @@ def hear(
     return hearing
 
 
-def offered_by_all(wanted: QoSProfile, offers: Sequence[TopicEndpointInfo]) -> QoSProfile:
+def find_offered_quality(wanted: QoSProfile, offers: Sequence[TopicEndpointInfo]) -> QoSProfile:
     """Return the strictest qualities up to ``wanted`` that every publisher offers."""
     offered = [info.qos_profile for info in offers]
     best_effort = any(qos.reliability == ReliabilityPolicy.BEST_EFFORT for qos in offered)

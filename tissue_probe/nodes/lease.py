@@ -17,7 +17,7 @@ from rclpy.event_handler import (
 from rclpy.node import Node
 from rclpy.subscription import Subscription
 
-from tissue_probe.nodes.qos import watched_announcements
+from tissue_probe.nodes.qos import announcement_quality
 
 
 class Lease:
@@ -84,7 +84,7 @@ class Lease:
             self._type,
             self._topic,
             self._on_message,
-            watched_announcements(self.timeout),
+            announcement_quality(self.timeout),
             event_callbacks=SubscriptionEventCallbacks(
                 liveliness=on_liveliness, incompatible_qos=self._on_no_promise
             ),

@@ -51,7 +51,7 @@ LOANS = QoSProfile(
 )
 
 
-def watched_announcements(timeout: float) -> QoSProfile:
+def announcement_quality(timeout: float) -> QoSProfile:
     """Return the watch's quality of service: the latest announcement, a sign in ``timeout`` [s].
 
     Who promises less is not heard, and told as incompatible.

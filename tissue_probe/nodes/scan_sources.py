@@ -163,7 +163,7 @@ class ListedSites(Source):
     def ended(self) -> str:
         """Say that all are palpated, or where no surface was found."""
         if self.untouched:
-            places = listed([site.number for site in self.untouched])
+            places = list_sites([site.number for site in self.untouched])
             count = len(self.visited)
             return f"{count} of {self._total} sites are palpated; no contact was found at {places}"
         return f"all {self._total} sites are palpated"
@@ -193,7 +193,7 @@ class ListedSites(Source):
         elif unknown := self._outcomes.unknown(self.begins):
             told = f"; whether there are estimates is unknown: {unknown}"
         elif without:
-            told = f"; {len(without)} of {count} have no estimate: {listed(without)}"
+            told = f"; {len(without)} of {count} have no estimate: {list_sites(without)}"
         else:
             told = f"; {count} of {count} have an estimate"
         return self.ACTION.Result(
@@ -245,7 +245,7 @@ class GivenSites(ListedSites):
         normals = [sound_normal((n.x, n.y, n.z)) for n in goal.normals] or [UP] * len(places)
         if below := [number for number, normal in enumerate(normals) if normal[2] <= 0.0]:
             raise ValueError(
-                f"the normals of sites {listed(below)} do not point up: the robot would come "
+                f"the normals of sites {list_sites(below)} do not point up: the robot would come "
                 "through the tissue"
             )
         sites = [Site(i, *each) for i, each in enumerate(zip(places, normals, strict=True))]
@@ -322,15 +322,15 @@ def _numbers_of(goal: ScanGrid.Goal, count: int) -> list[int]:
     sites = list(goal.sites)
     if beyond := [site for site in sites if site >= count]:
         raise ValueError(
-            f"sites has {listed(beyond)}; the grid's {count} sites are numbered from 0 to "
+            f"sites has {list_sites(beyond)}; the grid's {count} sites are numbered from 0 to "
             f"{count - 1}"
         )
     if twice := sorted(site for site, n in Counter(sites).items() if n > 1):
-        raise ValueError(f"sites has {listed(twice)} more than once; give each site once")
+        raise ValueError(f"sites has {list_sites(twice)} more than once; give each site once")
     return sorted(sites) or list(range(count))
 
 
-def listed(sites: Sequence[int]) -> str:
+def list_sites(sites: Sequence[int]) -> str:
     """Name sites; of many the first ones."""
     named = ", ".join(map(str, sites[:NAMED]))
     return f"{named} and {len(sites) - NAMED} more" if len(sites) > NAMED else named

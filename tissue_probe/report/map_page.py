@@ -15,7 +15,7 @@ from markupsafe import Markup
 from plotly.offline import get_plotlyjs
 from plotly.subplots import make_subplots
 
-from tissue_probe.mapping.posterior.hidden import LARGEST_HIDDEN
+from tissue_probe.mapping.posterior.hidden_inclusions import LARGEST_HIDDEN
 from tissue_probe.mapping.posterior.results import PosteriorMap, Raster
 from tissue_probe.mapping.sites import Sites
 from tissue_probe.report.numbers import significant

@@ -7,7 +7,7 @@ from collections.abc import Callable
 from tissue_probe.reproduction.baseline import fig7, fig8
 from tissue_probe.reproduction.finding import Reproduction
 from tissue_probe.reproduction.frequency import fig9, fig15, fig16
-from tissue_probe.reproduction.lifted import fig11
+from tissue_probe.reproduction.lift_figure import fig11
 from tissue_probe.reproduction.liver import fig14
 from tissue_probe.reproduction.materials import fig10
 from tissue_probe.reproduction.ring_down import fig6

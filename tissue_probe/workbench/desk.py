@@ -84,7 +84,7 @@ class Ranking:
         if self.rung != rung.number:
             raise RequestRefused("the ranking is of another model")
         if self.result is not None:
-            return self.result.explained_by(effect, stretch)
+            return self.result.explain_by(effect, stretch)
         path = predict_file(Path(self.kept.name), effect, stretch)
         if effect not in self.told or not path.exists():
             raise RequestRefused(f"{effect} is not fitted yet")

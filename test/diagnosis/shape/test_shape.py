@@ -7,9 +7,9 @@ from tissue_probe.diagnosis.diagnosis import fit_plainly
 from tissue_probe.diagnosis.improvement.ladder import climb_by
 from tissue_probe.diagnosis.observation.instrument import Instrument
 from tissue_probe.diagnosis.observation.measurement import Measurement
-from tissue_probe.diagnosis.ranking.carried import carry_model
+from tissue_probe.diagnosis.ranking.other_runs import carry_model
 from tissue_probe.diagnosis.shape.effect_file import NAME, effect_text
-from tissue_probe.diagnosis.shape.found import FoundShape, found_shape
+from tissue_probe.diagnosis.shape.shape_report import FoundShape, find_shape
 from tissue_probe.errors import MeasurementError
 from tissue_probe.physics.composition import Composition
 from tissue_probe.physics.library import effects
@@ -41,7 +41,7 @@ def measured(motion, law, seed=1):
 
 def learnt(motion, law) -> FoundShape:
     base = fit_plainly(Composition("rigid_probe"), [measured(motion, law)], KNOWN)
-    return found_shape([base], KNOWN)
+    return find_shape([base], KNOWN)
 
 
 def relaxing(x, v):
@@ -100,8 +100,8 @@ def test_a_shape_that_does_not_carry_over_to_a_second_recording_is_not_claimed()
     law, other = LAWS["indentation",], lambda x, v: 2e7 * x**3
     base = fit_plainly(Composition("rigid_probe"), [measured(moved(), law)], KNOWN)
     same, another = (measured(moved(seed=4), each, 2) for each in (law, other))
-    assert found_shape([base], KNOWN, [same]).accepted
-    refused = found_shape([base], KNOWN, [another])
+    assert find_shape([base], KNOWN, [same]).accepted
+    refused = find_shape([base], KNOWN, [another])
     assert refused.as_effect.leaves_noise
     assert not refused.as_effect.carries_over
     assert (refused.accepted, refused.curve) == (False, None)

@@ -49,7 +49,7 @@ def adequacy(fit: Fit) -> float:
     return max(
         excess_of(fit),
         NOT_THERE / max(fit.ratio**2, np.finfo(float).tiny),
-        coloured_by(fit),
+        measure_colour(fit),
         fit.unevenness / EVEN,
         fit.strain / STRAINED,
     )
@@ -60,7 +60,7 @@ def excess_of(fit: Fit) -> float:
     return (fit.ratio - 1.0) / _most(SIZE, SIZE_NEARLY, fit)
 
 
-def coloured_by(fit: Fit) -> float:
+def measure_colour(fit: Fit) -> float:
     """Return by how much slower than white noise the residual is, over the granted excess."""
     return (fit.colour - 1.0) / _most(COLOUR, COLOUR_NEARLY, fit)
 
@@ -97,7 +97,7 @@ def doubtful(fit: Fit) -> bool:
 
     The residual is too large beyond doubt, or it has a colour that fine steps do not give.
     """
-    coloured = not is_coarse(fit) and coloured_by(fit) > 1.0
+    coloured = not is_coarse(fit) and measure_colour(fit) > 1.0
     return leaves_more(fit) or (fit.rounding > ROUNDING * fit.noise and coloured)
 
 

@@ -116,7 +116,7 @@ def posterior(
     groups: dict[tuple[str, ...], list[_WeightedFit]] = defaultdict(list)
     for names, fit in _possible(best, base, second).items():
         likely = -0.5 * fit.misfit + (second.get(names, 0.0) if second else 0.0)
-        told = _WeightedFit(fit, likely, thought_of(fit, base))
+        told = _WeightedFit(fit, likely, weigh_model(fit, base))
         groups[tuple(sorted(_families(fit, base)))].append(told)
     weighed = [pair for group in groups.values() for pair in _temper_group(group, best)]
     weighed.sort(key=lambda pair: (-pair[1], pair[0].fit.misfit))
@@ -160,10 +160,10 @@ _Weighed = tuple[_WeightedFit, float]
 
 def evidence(fit: Fit, base: Fit) -> float:
     """Return the logarithm of a model's probability, up to the same constant of all models."""
-    return -0.5 * fit.misfit + thought_of(fit, base)
+    return -0.5 * fit.misfit + weigh_model(fit, base)
 
 
-def favoured_effects(base: Fit, fits: Iterable[Fit]) -> tuple[str, ...]:
+def list_favoured_effects(base: Fit, fits: Iterable[Fit]) -> tuple[str, ...]:
     """Name effects that may be there although the residual without them is noise.
 
     The tests of a residual look for anything, so a known effect must leave more to be found by them
@@ -185,7 +185,7 @@ def favoured_effects(base: Fit, fits: Iterable[Fit]) -> tuple[str, ...]:
     )
 
 
-def promised_evidence(fit: Fit, effect: Effect, cost: float, base: Fit) -> float:
+def promise_evidence(fit: Fit, effect: Effect, cost: float, base: Fit) -> float:
     """Return the evidence of a model with one effect more, if it left a cost.
 
     Parameters
@@ -206,7 +206,7 @@ def promised_evidence(fit: Fit, effect: Effect, cost: float, base: Fit) -> float
     return evidence(fit, base) + float(gain - learnt) + prior([*known, effect]) - prior(known)
 
 
-def thought_of(fit: Fit, base: Fit) -> float:
+def weigh_model(fit: Fit, base: Fit) -> float:
     """Return the logarithm of a model's odds without its likelihood.
 
     By the odds of its effects, and by the Bayesian information criterion for the values that it has
@@ -351,7 +351,7 @@ def _is_another(fit: Fit, best: Mapping[frozenset[str], Fit], base: Fit) -> bool
     others = [
         best[each]
         for effect in fit.composition.effects
-        if ended_in_limit(effect, named)
+        if is_at_limit(effect, named)
         for simpler in effect.simpler
         if (each := names - {effect.name} | {simpler}) in best
     ]
@@ -367,7 +367,7 @@ def _is_nothing(effect: Effect, fit: Fit) -> bool:
     )
 
 
-def ended_in_limit(effect: Effect, named: Mapping[str, float]) -> bool:
+def is_at_limit(effect: Effect, named: Mapping[str, float]) -> bool:
     """Whether an effect that contains a simpler one ended in the limit where it is that.
 
     Within ``FORM_SHARE``: no law's form is righter than that.

@@ -11,7 +11,7 @@ import numpy as np
 
 from tissue_probe.diagnosis.fitting.fit import Fit
 from tissue_probe.diagnosis.fitting.problem import Problem
-from tissue_probe.diagnosis.observation.coloured import Coloured
+from tissue_probe.diagnosis.observation.coloured_noise import Coloured
 from tissue_probe.diagnosis.observation.instrument import Instrument
 from tissue_probe.diagnosis.observation.measurement import Measurement
 from tissue_probe.diagnosis.observation.noise import faint

@@ -14,7 +14,7 @@ from tissue_probe.diagnosis.fitting.position_errors import (
     estimate_motions,
     no_louder,
 )
-from tissue_probe.diagnosis.fitting.refitted import refit_measurements
+from tissue_probe.diagnosis.fitting.refit_samples import refit_measurements
 from tissue_probe.diagnosis.observation.instrument import Instrument
 from tissue_probe.diagnosis.observation.measurement import Measurement
 from tissue_probe.quantities import FORCE

@@ -11,7 +11,7 @@ import numpy as np
 
 from tissue_probe.diagnosis.fitting.fit import Fit
 from tissue_probe.diagnosis.fitting.problem import Problem
-from tissue_probe.diagnosis.observation.chained import NEAR, Chained
+from tissue_probe.diagnosis.observation.chained_noise import NEAR, Chained
 from tissue_probe.diagnosis.observation.instrument import Instrument
 from tissue_probe.diagnosis.observation.measurement import Measurement
 from tissue_probe.diagnosis.observation.motion import MotionEstimate, MotionInformation, motion
@@ -35,7 +35,7 @@ def estimate_motions(fit: Fit) -> list[Measurement]:
     return [_estimate_motion(each, each.motion, each.noise, residual) for each, residual in pairs]
 
 
-def felt_anew(fit: Fit, instrument: Instrument) -> list[Measurement] | None:
+def estimate_motion_anew(fit: Fit, instrument: Instrument) -> list[Measurement] | None:
     """Return the measurements of a fit with motions that the output shows by it; None if none move.
 
     The motion was told by a model that lacks an effect: where that moved it away from its samples,

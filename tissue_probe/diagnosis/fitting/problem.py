@@ -232,7 +232,7 @@ class Problem:
             None if measurement.input2 is None else measurement.on_grid(measurement.input2),
         )
         found = respond(self.kernel, own, start, coil)
-        return Response(*map(measurement.read_off, (found.output, found.sensitivity)))
+        return Response(*map(measurement.interpolate_columns, (found.output, found.sensitivity)))
 
     def weighed(self, index: int, columns: FloatArray) -> FloatArray:
         """Return samples of a measurement, shape (N,) or (N, m), over the noise in them."""

@@ -80,12 +80,12 @@ class Runs:
         """Return the kernel's values for a measurement, shape (q,), of all values."""
         return values[self.places[index]]
 
-    def named_in(self, number: int, named: Mapping[str, float]) -> dict[str, float]:
+    def name_for_run(self, number: int, named: Mapping[str, float]) -> dict[str, float]:
         """Return values by the kernel's names, for a run, of all values by their names."""
         places = self._of_run(number)
         return {self.meanings[place]: named[self.names[place]] for place in places}
 
-    def told_in(self, number: int, values: Mapping[str, float]) -> dict[str, float]:
+    def name_among_all(self, number: int, values: Mapping[str, float]) -> dict[str, float]:
         """Return values by their names among all, of values for a run by the kernel's names."""
         own = {self.meanings[place]: self.names[place] for place in self._of_run(number)}
         return {own[name]: value for name, value in values.items()}

@@ -27,7 +27,7 @@ FIRST, LONGER = 8, 3
 LAST = FIRST * LONGER**3
 
 
-def started_anew(problem: Problem, fit: Fit | None, bar: Bar | None = None) -> Fit | None:
+def search_other_starts(problem: Problem, fit: Fit | None, bar: Bar | None = None) -> Fit | None:
     """Return a fit, or the one that is found from a start that growing windows tell, if better.
 
     A model that is linear in its states has one minimum only, and so has one that begins at rest.

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from tissue_probe.diagnosis.evidence.posterior import evidence, promised_evidence
+from tissue_probe.diagnosis.evidence.posterior import evidence, promise_evidence
 from tissue_probe.diagnosis.fitting.fit import Fit
 from tissue_probe.diagnosis.observation.instrument import Instrument
 from tissue_probe.diagnosis.ranking.candidate import SAME_COST, list_shared_objects
@@ -128,7 +128,7 @@ class Moves:
         reliable = not any(map(switches, (whole, *fit.composition.effects)))
         # By the base, whose spring is straight, a zero of the force is one of the position.
         reliable &= not (whole.zero and self._instrument.any_zero)
-        promised = promised_evidence(fit, promise.effect, promise.cost, self._base)
+        promised = promise_evidence(fit, promise.effect, promise.cost, self._base)
         kind = reliable, self.parts((whole, *fit.composition.effects))
         return Move(fit, promise.effect if reliable else whole, promised, reliable, kind)
 

@@ -104,7 +104,7 @@ def coarse_response(of: Regressors, lag: int = 0) -> CoarseResponse:
     )
 
 
-def left_by_passive(position: FloatArray, force: FloatArray, sample_period: float) -> float:
+def measure_active_share(position: FloatArray, force: FloatArray, sample_period: float) -> float:
     """Return the share of a force (rms) that nothing passive explains.
 
     Passive is k u + b u' + m u'' and branches of Maxwell, k_i q_i with q_i' = u' - r_i q_i, none of

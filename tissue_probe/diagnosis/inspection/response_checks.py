@@ -15,7 +15,7 @@ from tissue_probe.diagnosis.inspection.coarse_response import (
     Regressors,
     best_lag,
     coarse_response,
-    left_by_passive,
+    measure_active_share,
     regressors,
 )
 from tissue_probe.diagnosis.inspection.finding import Finding
@@ -177,7 +177,7 @@ def _measure_unexplained(
 ) -> tuple[float, float]:
     """Return the share of the force that nothing passive explains, with its sign and the other."""
     own, other = (
-        left_by_passive(position.values / position.span, values / force.span, sample_period)
+        measure_active_share(position.values / position.span, values / force.span, sample_period)
         for values in (force.values, -force.values)
     )
     return own, other

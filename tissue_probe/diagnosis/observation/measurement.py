@@ -234,7 +234,7 @@ class Measurement:
         even = np.minimum(np.arange(count) * self.sample_period, self.at[-1])
         return interpolate(self.at, values, even, reach=np.inf)
 
-    def read_off(self, columns: FloatArray) -> FloatArray:
+    def interpolate_columns(self, columns: FloatArray) -> FloatArray:
         """Return a simulation's columns, shape (m, ...), at the times of the samples, (n, ...)."""
         if self.at is None:
             return columns

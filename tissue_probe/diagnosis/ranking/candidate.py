@@ -16,7 +16,7 @@ from tissue_probe.diagnosis.evidence.posterior import RIVAL
 from tissue_probe.diagnosis.fitting.fit import Fit
 from tissue_probe.diagnosis.fitting.problem import Problem
 from tissue_probe.diagnosis.fitting.search import HOPELESS, Bar, promise, search
-from tissue_probe.diagnosis.fitting.start_in_motion import started_anew
+from tissue_probe.diagnosis.fitting.start_in_motion import search_other_starts
 from tissue_probe.diagnosis.observation.instrument import Instrument
 from tissue_probe.diagnosis.observation.measurement import Measurement
 from tissue_probe.diagnosis.ranking.rules import find_added_effect
@@ -213,7 +213,7 @@ class SoughtEffect:
         for _, values, starts in begun.best if near else begun.best[:1]:
             if costs and begun.promise >= FAR_PROMISE * bar.cost:
                 break
-            fit = started_anew(self.problem, search(self.problem, values, starts, bar), bar)
+            fit = search_other_starts(self.problem, search(self.problem, values, starts, bar), bar)
             if fit is None:
                 continue
             yield fit
@@ -299,10 +299,12 @@ class SoughtEffect:
         runs, named = self.problem.runs, best.named()
         reach = extent(best, named, self.effect)
         known = [
-            named | runs.told_in(number, other)
+            named | runs.name_among_all(number, other)
             for number in range(runs.count if instants(self.effect) else 1)
             for other in (
-                self.effect.near(reach, runs.named_in(number, named)) if self.effect.near else ()
+                self.effect.near(reach, runs.name_for_run(number, named))
+                if self.effect.near
+                else ()
             )
         ]
         known += [{**named, **other} for other in self._touches(best)]

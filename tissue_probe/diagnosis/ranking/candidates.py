@@ -18,7 +18,7 @@ from tissue_probe.diagnosis.fitting.fit import Fit
 from tissue_probe.diagnosis.fitting.input_noise import whiten_input_noise
 from tissue_probe.diagnosis.fitting.problem import Problem
 from tissue_probe.diagnosis.fitting.search import Bar, search
-from tissue_probe.diagnosis.fitting.start_in_motion import started_anew
+from tissue_probe.diagnosis.fitting.start_in_motion import search_other_starts
 from tissue_probe.diagnosis.observation.instrument import Instrument
 from tissue_probe.diagnosis.observation.measurement import Measurement
 from tissue_probe.diagnosis.ranking.candidate import (
@@ -33,9 +33,9 @@ from tissue_probe.diagnosis.ranking.rules import find_added_effect, in_limit
 from tissue_probe.diagnosis.ranking.starts import (
     Values,
     begin_states,
+    fit_in_contact,
     from_touch,
     of_first_parts,
-    pressed_in,
     start_values,
 )
 from tissue_probe.diagnosis.ranking.waves import is_no_fold
@@ -95,7 +95,7 @@ def fit_base(
                 values[index] = guess[name]
         values = np.clip(values, problem.lower, problem.upper)
         starts = [begun.mean for begun in problem.begin(values)]
-        fits.append(started_anew(problem, search(problem, values, starts)))
+        fits.append(search_other_starts(problem, search(problem, values, starts)))
     found = [fit for fit in fits if fit is not None]
     if not found:
         period = measurements[0].sample_period
@@ -151,7 +151,7 @@ def refit(
     if measurements is None:
         return search(problem, values, begin_states(problem, fit, values))
     starts = [begun.mean for begun in problem.begin(values)]
-    return started_anew(problem, search(problem, values, starts))
+    return search_other_starts(problem, search(problem, values, starts))
 
 
 def fit_candidates(
@@ -210,7 +210,7 @@ def _begin_candidates(
     look = CoarseLook.at(base, instrument)
     values: list[Values] = [base.named()]
     if any(form.changes_contact for form in forms):
-        values += [*pressed_in(base, instrument), *from_touch(base, instrument)]
+        values += [*fit_in_contact(base, instrument), *from_touch(base, instrument)]
     if any(form.of_part for form in forms):
         values += of_first_parts(base, instrument)
     candidates = [SoughtEffect(base, form, instrument, look, values) for form in forms]

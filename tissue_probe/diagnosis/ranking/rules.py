@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import TYPE_CHECKING
 
-from tissue_probe.diagnosis.evidence.posterior import RIVAL, ended_in_limit, evidence
+from tissue_probe.diagnosis.evidence.posterior import RIVAL, evidence, is_at_limit
 from tissue_probe.diagnosis.fitting.fit import Fit
 
 if TYPE_CHECKING:
@@ -27,7 +27,7 @@ def significant(simple: Fit, better: Fit, base: Fit) -> bool:
 
 def in_limit(fit: Fit) -> bool:
     """Whether the added effect ended in the limit where it is a simpler one."""
-    return ended_in_limit(find_added_effect(fit), fit.named())
+    return is_at_limit(find_added_effect(fit), fit.named())
 
 
 def find_added_effect(fit: Fit) -> Effect:

@@ -33,7 +33,7 @@ LEAST_PRESSED = 0.05
 ABOUT, SIDE, MOST = 9, 3.0, 24
 
 
-def pressed_in(base: Fit, instrument: Instrument) -> list[Values]:
+def fit_in_contact(base: Fit, instrument: Instrument) -> list[Values]:
     """Return the values of a fit to the samples sure to be in contact, if there are enough.
 
     Elsewhere the base is wrong if contact is lost.
@@ -94,7 +94,7 @@ def propose_starts(
     effect : Effect
         The effect that is added.
     known : sequence of mapping of str to float
-        Its values, then those of fits to a part of the samples: ``pressed_in`` and the others.
+        Its values, then those of fits to a part of the samples: ``fit_in_contact`` and the others.
     """
     for each in known if effect.changes_contact or effect.of_part else known[:1]:
         reach = extent(base, each, effect)
@@ -117,7 +117,9 @@ def with_instant(
 ) -> FloatArray:
     """Return known values, but in a run an effect at the instants that are to be tried."""
     instant = {name: tried[name] for name in instants(effect) if name in tried}
-    return start_values(problem, {**named, **problem.runs.told_in(number, instant)}, None, {})
+    return start_values(
+        problem, {**named, **problem.runs.name_among_all(number, instant)}, None, {}
+    )
 
 
 def extent(fit: Fit, known: Values, effect: Effect) -> Extent:

@@ -18,7 +18,7 @@ from tissue_probe.diagnosis.fitting.accuracy import (
     smoother,
 )
 from tissue_probe.diagnosis.fitting.fit import Fit
-from tissue_probe.diagnosis.fitting.refitted import refit_measurements
+from tissue_probe.diagnosis.fitting.refit_samples import refit_measurements
 from tissue_probe.diagnosis.observation.instrument import Instrument
 from tissue_probe.diagnosis.observation.measurement import Measurement
 

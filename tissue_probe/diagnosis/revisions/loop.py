@@ -8,10 +8,10 @@ from __future__ import annotations
 from collections.abc import Collection, Sequence
 
 from tissue_probe.diagnosis.fitting.fit import Fit
-from tissue_probe.diagnosis.fitting.refitted import refit_measurements
+from tissue_probe.diagnosis.fitting.refit_samples import refit_measurements
 from tissue_probe.diagnosis.observation.instrument import Instrument
 from tissue_probe.diagnosis.ranking.candidates import fit_base
-from tissue_probe.diagnosis.revisions.table import Revision, observed_with
+from tissue_probe.diagnosis.revisions.table import Revision, apply_to_instrument
 
 #: How often samples are weighed anew: without corners, without those that hang on the position's
 #: noise, without outliers, with less noise or more, and with another motion in a noisy position:
@@ -37,7 +37,7 @@ class Revisions:
     @property
     def instrument(self) -> Instrument:
         """The rig and its constants, after the revisions made so far."""
-        return observed_with(self._instrument, self.names)
+        return apply_to_instrument(self._instrument, self.names)
 
     def revise_until_settled(self, fit: Fit, table: Sequence[Revision]) -> Fit | None:
         """Return a model after all revisions that it asks for; None where it asks for none."""
@@ -52,7 +52,9 @@ class Revisions:
             told = each.revise(fit, self.instrument) if each.when(fit) else None
             if not told:
                 continue
-            revised = refit_measurements(fit, told, observed_with(self.instrument, [each.name]))
+            revised = refit_measurements(
+                fit, told, apply_to_instrument(self.instrument, [each.name])
+            )
             if revised is not None:
                 self.names.append(each.name)
                 self._left -= not (each.once or each.ends)

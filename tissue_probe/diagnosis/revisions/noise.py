@@ -19,7 +19,7 @@ from tissue_probe.diagnosis.evidence.adequacy import leaves_only_noise
 from tissue_probe.diagnosis.fitting.fit import Fit
 from tissue_probe.diagnosis.fitting.force_errors import filter_measurements
 from tissue_probe.diagnosis.fitting.position_errors import add_position_noise
-from tissue_probe.diagnosis.fitting.refitted import refit_measurements
+from tissue_probe.diagnosis.fitting.refit_samples import refit_measurements
 from tissue_probe.diagnosis.observation.instrument import Instrument
 from tissue_probe.diagnosis.observation.measurement import Measurement
 from tissue_probe.diagnosis.observation.noise import Noise

@@ -15,9 +15,9 @@ from tissue_probe.diagnosis.fitting.corners import without_corners
 from tissue_probe.diagnosis.fitting.fit import Fit
 from tissue_probe.diagnosis.fitting.force_errors import feels_force, filter_measurements
 from tissue_probe.diagnosis.fitting.outliers import without_outliers
-from tissue_probe.diagnosis.fitting.position_errors import felt_anew
-from tissue_probe.diagnosis.fitting.undecided import without_undecided
-from tissue_probe.diagnosis.input_course import COURSE, told_anew
+from tissue_probe.diagnosis.fitting.position_errors import estimate_motion_anew
+from tissue_probe.diagnosis.fitting.undecided_samples import without_undecided
+from tissue_probe.diagnosis.input_course import COURSE, choose_course_anew
 from tissue_probe.diagnosis.observation.instrument import Instrument
 from tissue_probe.diagnosis.observation.measurement import Measurement
 from tissue_probe.diagnosis.revisions.fineness import finer
@@ -75,7 +75,7 @@ def _without_flicker(fit: Fit, instrument: Instrument) -> Sequence[Measurement] 
     return fit.measurements if instrument.flicker_noise else None
 
 
-def observed_with(instrument: Instrument, revisions: Sequence[str]) -> Instrument:
+def apply_to_instrument(instrument: Instrument, revisions: Sequence[str]) -> Instrument:
     """Return the instrument after revisions."""
     return replace(instrument, flicker_noise=0.0) if NO_FLICKER in revisions else instrument
 
@@ -94,7 +94,7 @@ OF_BEST = (
     _FINENESS,
     Revision("quieter", quieter, is_quiet),
     Revision("louder", louder, _is_louder),
-    Revision("motion", felt_anew, leaves_more),
+    Revision("motion", estimate_motion_anew, leaves_more),
     Revision("undecided", without_undecided, leaves_more),
     Revision("outliers", _outliers, leaves_more),
 )
@@ -103,6 +103,6 @@ OF_SINGLE = (Revision("colour", filter_measurements, feels_force, once=True), *O
 #: By the model at the end of a search.
 OF_LAST = (
     *OF_BEST,
-    Revision(COURSE, told_anew, once=True),
+    Revision(COURSE, choose_course_anew, once=True),
     Revision(NO_FLICKER, _without_flicker, is_quiet, once=True),
 )

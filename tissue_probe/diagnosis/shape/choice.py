@@ -52,7 +52,7 @@ class Choice:
     @property
     def accepted(self) -> bool:
         """Whether the chosen set leaves noise only, in parts that are left out, too."""
-        return bool(self.chosen) and accepted(self.best)
+        return bool(self.chosen) and is_accepted(self.best)
 
     @property
     def rivals(self) -> list[Set]:
@@ -80,12 +80,12 @@ class Choice:
         return max(self.share(without | {variable}) - self.share(without), 0.0)
 
 
-def accepted(fit: Smooth) -> bool:
+def is_accepted(fit: Smooth) -> bool:
     """Whether a set leaves noise only."""
     return fit.ratio <= FITS and fit.heldout <= HOLDS * max(fit.ratio, 1.0)
 
 
-def chosen(gram: Gram, groups: Sequence[Group]) -> Choice:
+def choose_variables(gram: Gram, groups: Sequence[Group]) -> Choice:
     """Try sets of variables, one, two and, where two do not do, three; and choose one."""
     tried: dict[Set, Smooth] = {}
 
@@ -101,7 +101,7 @@ def chosen(gram: Gram, groups: Sequence[Group]) -> Choice:
     for pair in combinations(mixed, 2):
         attempt(frozenset(pair))
     best = _best(tried)
-    if not accepted(tried[best]) and len(best) == 2:
+    if not is_accepted(tried[best]) and len(best) == 2:
         for name in mixed:
             attempt(best | {name})
         best = _best(tried)
@@ -131,7 +131,7 @@ def _best(tried: Mapping[Set, Smooth]) -> Set:
 
 def _removes(before: Smooth, after: Smooth) -> bool:
     """Whether a larger set removes most of the residual, or leaves noise only."""
-    if accepted(before):
+    if is_accepted(before):
         return after.ratio * ALIKE_FACTOR < before.ratio
     left, excess = after.ratio**2 - 1.0, before.ratio**2 - 1.0
-    return left < (1.0 - SHARE) * excess or accepted(after)
+    return left < (1.0 - SHARE) * excess or is_accepted(after)

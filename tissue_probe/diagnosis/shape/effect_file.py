@@ -21,7 +21,7 @@ from tissue_probe.signals import FloatArray
 
 if TYPE_CHECKING:
     from tissue_probe.diagnosis.shape.formula import Formula
-    from tissue_probe.diagnosis.shape.found import FoundShape
+    from tissue_probe.diagnosis.shape.shape_report import FoundShape
 
 #: The effect's name.
 NAME = "free_form"

@@ -12,7 +12,7 @@ import numpy as np
 from tissue_probe.diagnosis.fitting.fit import Fit
 from tissue_probe.diagnosis.fitting.problem import Problem
 from tissue_probe.diagnosis.observation.instrument import Instrument
-from tissue_probe.diagnosis.shape.choice import Choice, chosen
+from tissue_probe.diagnosis.shape.choice import Choice, choose_variables
 from tissue_probe.diagnosis.shape.free_functions import Functions, Group
 from tissue_probe.diagnosis.shape.gram import Gram
 from tissue_probe.diagnosis.shape.paths import Path, paths
@@ -64,7 +64,7 @@ def shape(fit: Fit, instrument: Instrument) -> Shape:
     if fit.composition.rig.tip_is_position:
         return found
     for _ in range(ROUNDS - 1):
-        moved = paths(fit, added(found, instrument, respond))
+        moved = paths(fit, compute_added_outputs(found, instrument, respond))
         if not all(np.isfinite(each.indentation).all() for each in moved):
             break
         found = _along(fit, instrument, moved, respond)
@@ -75,10 +75,12 @@ def _along(fit: Fit, instrument: Instrument, found: list[Path], respond: Respond
     functions = Functions.of(found)
     groups = functions.groups()
     gram = Gram.of(fit, instrument, found, groups, respond)
-    return Shape(fit, chosen(gram, groups), functions, gram, found)
+    return Shape(fit, choose_variables(gram, groups), functions, gram, found)
 
 
-def added(found: Shape, instrument: Instrument, respond: Respond) -> list[FloatArray]:
+def compute_added_outputs(
+    found: Shape, instrument: Instrument, respond: Respond
+) -> list[FloatArray]:
     """Return the part of each output that the chosen shape and the values beside it add."""
     best, gram, fit = found.choice.best, found.gram, found.fit
     weight = dict(zip(best.columns.tolist(), best.weights.tolist(), strict=True))

@@ -62,7 +62,7 @@ def tip_response(fit: Fit) -> Respond:
         count = int(np.ceil(measurement.at[-1] / period - 1e-6)) + 1
         even = np.minimum(np.arange(count) * period, measurement.at[-1])
         driven = interp1d(measurement.at, forces, axis=0)(even)
-        return measurement.read_off(lfilter(top[0], bottom, _between(driven), axis=0))
+        return measurement.interpolate_columns(lfilter(top[0], bottom, _between(driven), axis=0))
 
     return respond
 

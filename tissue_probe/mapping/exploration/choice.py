@@ -35,7 +35,7 @@ import numpy as np
 
 from tissue_probe.errors import ParameterError
 from tissue_probe.mapping.exploration.places import spread
-from tissue_probe.mapping.exploration.unseen import Unseen
+from tissue_probe.mapping.exploration.unseen_inclusions import Unseen
 from tissue_probe.mapping.polygon import Polygon
 from tissue_probe.mapping.posterior.boundary import inside_each
 from tissue_probe.mapping.posterior.domain import TIP

@@ -17,7 +17,7 @@ from tissue_probe.mapping.posterior.check import LEAST_PASSED, predictive_probab
 from tissue_probe.mapping.posterior.doubt import SiteDoubt
 from tissue_probe.mapping.posterior.felt_surface import sums_at, surface_of
 from tissue_probe.mapping.posterior.found_inclusions import FoundInclusion
-from tissue_probe.mapping.posterior.hidden import could_hide
+from tissue_probe.mapping.posterior.hidden_inclusions import could_hide
 from tissue_probe.mapping.posterior.posterior_sample import (
     FORM_ERROR,
     LEAST_SITES,

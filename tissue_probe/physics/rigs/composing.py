@@ -103,7 +103,7 @@ class Pressed:
         """Put the tip's displacement and velocity into it, wherever the tissue's surface is."""
         return sp.sympify(expression).subs(self.space, simultaneous=True)
 
-    def seen_by(self, effect: Effect) -> Callable[[sp.Expr], sp.Expr]:
+    def view_for(self, effect: Effect) -> Callable[[sp.Expr], sp.Expr]:
         """Return an effect's meaning of them: a drag on the tip knows nothing of a surface."""
         return self.at if effect.drag == 0 else self.in_space
 
@@ -141,14 +141,14 @@ def composed(
     output = load
     for effect in effects:
         for state in effect.states:
-            placed = _placed(state, pressed, pressed.seen_by(effect))
+            placed = _placed(state, pressed, pressed.view_for(effect))
             begin.append(State(placed.symbol, placed.motion.subs(FORCE, output), *_rest(state)))
         output = effect.output.subs(FORCE, output)
     switches: dict[sp.Symbol, Switch] = {}
     at = {TISSUE_FORCE: pressed.bonded, STRETCH: stretch, NET_FORCE: net}
     for effect in effects:
         for switch in effect.switches:
-            place = pressed.seen_by(effect)
+            place = pressed.view_for(effect)
             switches[switch.symbol] = replace(
                 switch,
                 on=place(switch.on).subs(at),

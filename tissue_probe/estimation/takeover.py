@@ -85,8 +85,8 @@ def _carry_constants(before: Run, here: FloatArray, after: Run, there: FloatArra
     value, deviation = _nominal(before, old)
     value_now, deviation_now = _nominal(after, new)
     scale = deviation / deviation_now
-    W, d, L = old.considered_parts(here)
-    W_now, d_now, L_now = new.considered_parts(there)
+    W, d, L = old.view_considered(here)
+    W_now, d_now, L_now = new.view_considered(there)
     for name in (n for n in new.states if n in old.states):
         W_now[new.states.index(name)] = W[old.states.index(name)]
     d_now[:] = (value + deviation * d - value_now) / deviation_now

@@ -12,7 +12,7 @@ from tissue_probe.diagnosis.fitting.fit import Fit
 from tissue_probe.diagnosis.observation.instrument import Instrument
 from tissue_probe.diagnosis.observation.measurement import Measurement
 from tissue_probe.diagnosis.shape.choice import Choice
-from tissue_probe.diagnosis.shape.confirmed import FittedShape, fit_shape
+from tissue_probe.diagnosis.shape.confirmation import FittedShape, fit_shape
 from tissue_probe.diagnosis.shape.curve import curve
 from tissue_probe.diagnosis.shape.effect_file import write_effect
 from tissue_probe.diagnosis.shape.formula import Formula, formula
@@ -96,7 +96,7 @@ class FoundShape:
         return curve(self.learnt) if self.accepted and self.told else None
 
 
-def found_shape(
+def find_shape(
     models: Sequence[Fit], instrument: Instrument, second: Sequence[Measurement] = ()
 ) -> FoundShape:
     """Return the shape beside the first model that it explains all with; else beside the last.

@@ -24,8 +24,9 @@ is P, the tissue's: a rig does not change.
 
 The first samples tell much of all unknowns together, by tangents that are taken at a wild mean:
 false news of the constants, which would never be forgotten. So what the tangent leaves out of the
-tip's motion is added to the process noise (``left_out``), as in filters of the second order (A. H.
-Jazwinski, Stochastic Processes and Filtering Theory, 1970): nothing once the tip's motion is known.
+tip's motion is added to the process noise (``write_neglected_variance``), as in filters of the
+second order (A. H. Jazwinski, Stochastic Processes and Filtering Theory, 1970): nothing once the
+tip's motion is known.
 
 An error of the place of contact is a constant force: where that place is known roughly, the filter
 estimates such a force, as ``robust_ekf`` does in any case.
@@ -53,7 +54,7 @@ AT_MOST = 6.0
 FARTHEST = 4.0
 
 
-def considered(settings: EstimatorSettings) -> tuple[str, ...]:
+def list_considered(settings: EstimatorSettings) -> tuple[str, ...]:
     """Return the names of the constants that a filter considers; none if all are exact.
 
     The place of contact is not among them: where it is known roughly, the filter has a constant
@@ -91,13 +92,13 @@ def predict(filter: Filter) -> None:
     import sympy as sp
 
     _, F = filter.step()
-    noise = left_out(filter)
+    noise = write_neglected_variance(filter)
     filter.store_considered(W=F * filter.W + filter.B * filter.L)
     names = filter.layout.states
     filter.Q += sp.diag(*[noise if name == "tip_velocity" else 0 for name in names])
 
 
-def left_out(filter: Filter) -> sp.Symbol:
+def write_neglected_variance(filter: Filter) -> sp.Symbol:
     """Return the variance of what the tangent leaves out of the tip's speed after a step [m^2/s^2].
 
     In m x'' = k0 (u - x) + beta0 (u' - x') - k x - beta x' errors of k0 + k, beta0 + beta and m are

@@ -17,7 +17,7 @@ from tissue_probe.diagnosis.fitting.fit import Fit
 from tissue_probe.diagnosis.observation.instrument import Instrument
 from tissue_probe.diagnosis.observation.measurement import Measurement
 from tissue_probe.diagnosis.ranking.candidates import fit_candidates
-from tissue_probe.diagnosis.ranking.carried import carry_model
+from tissue_probe.diagnosis.ranking.other_runs import carry_model
 from tissue_probe.diagnosis.second_recording import FAR_RATIO
 from tissue_probe.diagnosis.shape.choice import FITS, HOLDS
 from tissue_probe.physics.library import load_effects

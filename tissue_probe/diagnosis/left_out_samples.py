@@ -11,7 +11,7 @@ import numpy as np
 
 from tissue_probe.diagnosis.fitting.corners import corners_that_count
 from tissue_probe.diagnosis.fitting.fit import Fit
-from tissue_probe.diagnosis.fitting.undecided import find_undecided
+from tissue_probe.diagnosis.fitting.undecided_samples import find_undecided
 from tissue_probe.diagnosis.inspection.finding import Finding
 from tissue_probe.diagnosis.observation.instrument import Instrument
 from tissue_probe.diagnosis.observation.measurement import Measurement
@@ -34,7 +34,9 @@ UNDECIDED = (
 )
 
 
-def left_out(given: Sequence[Measurement], final: Fit, instrument: Instrument) -> Iterator[Finding]:
+def report_left_out(
+    given: Sequence[Measurement], final: Fit, instrument: Instrument
+) -> Iterator[Finding]:
     """Yield ``corners``, ``undecided`` and ``outliers`` for each measurement that has such samples.
 
     Parameters

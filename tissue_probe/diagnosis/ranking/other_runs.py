@@ -14,7 +14,7 @@ from tissue_probe.diagnosis.fitting.fit import Fit
 from tissue_probe.diagnosis.fitting.problem import Problem
 from tissue_probe.diagnosis.fitting.runs import of_part, of_run
 from tissue_probe.diagnosis.fitting.search import promise, search
-from tissue_probe.diagnosis.fitting.start_in_motion import started_anew
+from tissue_probe.diagnosis.fitting.start_in_motion import search_other_starts
 from tissue_probe.diagnosis.observation.instrument import Instrument
 from tissue_probe.diagnosis.observation.measurement import Measurement
 from tissue_probe.diagnosis.ranking.starts import (
@@ -68,7 +68,7 @@ def carry_model(
     for known in (named, held) if instrument.of_run else (named,):
         values = start_values(problem, _with_nominal(problem, known), None, {})
         starts = [begun.mean for begun in problem.begin(values)]
-        found = started_anew(problem, search(problem, values, starts))
+        found = search_other_starts(problem, search(problem, values, starts))
         if found is not None and (best is None or found.cost < best.cost):
             best = found
     if best is not None:
@@ -91,7 +91,7 @@ def _at_instants(problem: Problem, best: Fit, effect: Effect, number: int) -> Fi
         reach = extent(best, best.named(), effect)
         best = _from(problem, best, effect, number, effect.starts(reach))
         if effect.near:
-            found = problem.runs.named_in(number, best.named())
+            found = problem.runs.name_for_run(number, best.named())
             best = _from(problem, best, effect, number, effect.near(reach, found))
     return best
 

@@ -20,7 +20,7 @@ from tissue_probe.diagnosis.inspection.finding import Finding
 from tissue_probe.diagnosis.observation.instrument import Instrument
 from tissue_probe.diagnosis.observation.measurement import Measurement
 from tissue_probe.diagnosis.ranking.waves import fastest_shown, slowest_wave
-from tissue_probe.diagnosis.sizing import library_of_size, of_size, size_question, told_of_size
+from tissue_probe.diagnosis.sizing import library_of_size, of_size, report_size, size_question
 from tissue_probe.errors import MeasurementError
 from tissue_probe.physics.composition import Composition
 
@@ -103,7 +103,7 @@ def prepare_question(
     others, of_others = clean_measurements([of_size(each, scale) for each in validation])
     others, _, touched_there = from_touch(others, instrument)
     findings = [
-        *(*read, *told_of_size(scale), *found, *touched, *held),
+        *(*read, *report_size(scale), *found, *touched, *held),
         *(*of_others, *touched_there),
     ]
     _refuse_unheard(composition, asked_for, [*clean, *others])
