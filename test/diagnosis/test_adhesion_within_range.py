@@ -49,6 +49,6 @@ def test_a_pull_that_falls_with_the_gap_is_named_with_its_values(law):
     found = diagnose(Composition("rigid_probe"), [lifted(law)], STILL, LIBRARY)
     assert (found.verdict, found.effects) == ("missing", ("adhesion_within_range",))
     fitted = found.ladder.final.named()
-    assert fitted["pull_off_force"] == pytest.approx(PULL, rel=0.05)
+    assert fitted["bond_force"] == pytest.approx(PULL, rel=0.05)
     assert fitted["adhesion_range"] == pytest.approx(RANGE, rel=0.05)
     assert fitted["stiffness"] == pytest.approx(STIFFNESS, rel=0.01)

@@ -22,13 +22,13 @@ import json, os, resource, sys
 from pathlib import Path
 import pyarrow.parquet as pq
 import tissue_probe as tp
-from tissue_probe.studies.plan import Plan, recordings_of
+from tissue_probe.studies.plan import StudyPlan, recordings_of
 
 data, disk, kind, question = Path(sys.argv[1]), Path(sys.argv[2]), sys.argv[3], sys.argv[4]
 answers = disk / "answers"
 
 def study(names):
-    plan = Plan(recordings_of(str(data / names)), "estimate", json.loads(question), answers)
+    plan = StudyPlan(recordings_of(str(data / names)), "estimate", json.loads(question), answers)
     return tp.study(plan, workers=1)
 
 def fill():

@@ -50,6 +50,8 @@ LETTERS = {
     "depth_damping": "b",
     "depth_damping_exponent": "p",
     "pull_off_force": "F_a",
+    "bond_force": "P",
+    "adhesion_range": "R",
     "coulomb_force": "F_c",
     "transition_velocity": "v_t",
     "stribeck_coulomb_force": "F_c",

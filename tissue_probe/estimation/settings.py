@@ -152,8 +152,7 @@ class EstimatorSettings(BaseModel):
     force_offset_prior_sd: float = _setting(
         0.1,
         "N",
-        "Standard deviation of the load cell's constant error (robust_ekf, and Kalman filters with "
-        "contact_position_tol)",
+        "Standard deviation of the load cell's constant error (filters with a force offset)",
         ge=1e-9,
         le=1e3,
     )

@@ -12,7 +12,6 @@ from collections.abc import Mapping
 
 import sympy as sp
 
-from tissue_probe.physics.effects.adhesion import PULL_OFF
 from tissue_probe.physics.effects.effect import (
     INDENTATION,
     TISSUE_FORCE,
@@ -22,6 +21,7 @@ from tissue_probe.physics.effects.effect import (
 )
 from tissue_probe.physics.extent import Extent
 
+BOND = sp.Symbol("bond_force", positive=True)
 RANGE = sp.Symbol("adhesion_range", positive=True)
 BRIDGED, YIELDING = sp.symbols("bridged yielding", nonnegative=True)
 _GAP = sp.Max(-INDENTATION, 0)
@@ -33,7 +33,7 @@ def starts(extent: Extent) -> list[dict[str, float]]:
     """Propose shares of the largest tension, held over parts of the travel."""
     largest = extent.tensions[0] if extent.tensions else max(extent.pull, 0.2 * extent.force)
     return [
-        {str(PULL_OFF): share * largest, str(RANGE): f * extent.indentation}
+        {str(BOND): share * largest, str(RANGE): f * extent.indentation}
         for share in (0.1, 0.5)
         for f in (0.05, 0.2, 0.8)
     ]
@@ -54,19 +54,19 @@ def _form(
         name="adhesion_within_range",
         family="contact",
         physics="The tissue holds the tip the less, the farther it is lifted off",
-        says="the tissue holds the tip with {pull_off_force:N}, which falls over a gap of "
+        says="the tissue holds the tip with {bond_force:N}, which falls over a gap of "
         "{adhesion_range:m}",
         parameters=(
-            Parameter(PULL_OFF, "N", default=0.1, lower=0.0, upper=1e3),
+            Parameter(BOND, "N", default=0.1, lower=0.0, upper=1e3),
             Parameter(RANGE, "m", default=2e-4, lower=1e-5, upper=1e-2),
         ),
-        contact=BRIDGED * ((1 - YIELDING) * TISSUE_FORCE - YIELDING * PULL_OFF * held),
+        contact=BRIDGED * ((1 - YIELDING) * TISSUE_FORCE - YIELDING * BOND * held),
         switches=(
             Switch(BRIDGED, INDENTATION + torn_at * RANGE, -INDENTATION),
             Switch(
                 YIELDING,
-                -(TISSUE_FORCE + PULL_OFF * held),
-                TISSUE_FORCE + PULL_OFF * held,
+                -(TISSUE_FORCE + BOND * held),
+                TISSUE_FORCE + BOND * held,
                 first=False,
             ),
         ),
