@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from tissue_probe.analysis.diagnosing import diagnose as diagnose
     from tissue_probe.analysis.diagnosing import improve as improve
     from tissue_probe.analysis.estimating import estimate as estimate
-    from tissue_probe.analysis.joint_used import mujoco_joint as mujoco_joint
+    from tissue_probe.analysis.joint_export import mujoco_joint as mujoco_joint
     from tissue_probe.analysis.mapping import map_sites as map
     from tissue_probe.analysis.measurements import Measurements as Measurements
     from tissue_probe.analysis.measurements import read as read
@@ -57,7 +57,7 @@ _PLACES = {
     "map": "tissue_probe.analysis.mapping:map_sites",
     "modulus": "tissue_probe.analysis.modulus:modulus",
     "mujoco_contact": "tissue_probe.analysis.contact_export:mujoco_contact",
-    "mujoco_joint": "tissue_probe.analysis.joint_used:mujoco_joint",
+    "mujoco_joint": "tissue_probe.analysis.joint_export:mujoco_joint",
     "preview": "tissue_probe.analysis.previewing:preview",
     "promises": "tissue_probe.analysis.promising:promises",
     "read": "tissue_probe.analysis.measurements:read",

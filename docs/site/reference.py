@@ -20,8 +20,9 @@ ROOT = Path(__file__).parents[2]
 CLASSES = (
     "analysis.question:Asked",
     "analysis.comparing:ComparisonResult",
-    "analysis.contact_used:AdmittanceResult",
-    "analysis.contact_used:MujocoResult",
+    "analysis.contact_export:AdmittanceResult",
+    "analysis.contact_export:MujocoResult",
+    "analysis.joint_export:JointResult",
     "analysis.contacting:ContactResult",
     "analysis.diagnosing:DiagnosisResult",
     "analysis.result_table:ResultTable",

@@ -25,7 +25,7 @@ def joint(
 
     Writes a class of joints with damping, frictionloss and armature, each with its error.
     """
-    from tissue_probe.analysis.joint_used import mujoco_joint
+    from tissue_probe.analysis.joint_export import mujoco_joint
 
     result = mujoco_joint(model, class_name=class_name)
     result.save(output)
