@@ -94,7 +94,7 @@ def acquiring(
     """
     parameters = bag.with_suffix(".yaml")
     parameters.write_text(_PARAMETERS)
-    hearing = [each for each in chosen if each.module in ("estimator", "estimators")]
+    hearing = [each for each in chosen if each.module in ("estimator", "estimators", "monitor")]
     names = next(each for each in chosen if each.module == "mapper").parameters["estimators"]
     subscribers = {
         "/probe/driver": len(hearing) + 1,  # and the recorder
