@@ -97,7 +97,7 @@ class Contact(Alike):
 
     @property
     def doubt(self) -> str:
-        """Why what is made of it may be wrong, in a sentence; empty where it is adequate."""
+        """Why gains or a contact made from it may be wrong; empty where it is adequate."""
         if self.verdict == "adequate":
             return ""
         return f"the contact's verdict is {VERDICTS[self.verdict]}: do not rely on its numbers"

@@ -2,10 +2,10 @@
 
 A constant that is wrong is wrong in the same way in every sample: no noise of process or force may
 stand for it. So the filter keeps its own covariance P and gain K, those of right constants; beside
-them it keeps by how much the constants' errors shift its mean, and what the innovations tell of
-these errors (B. Friedland, IEEE Trans. Automatic Control 14, 1969, "Treatment of bias in recursive
-filtering"). With the errors in their standard deviations, d known of them with covariance L L^T (at
-first 0 and I), the joint covariance of mean and errors is
+them it keeps by how much the constants' errors shift its mean, and the estimate of these errors by
+the innovations (B. Friedland, IEEE Trans. Automatic Control 14, 1969, "Treatment of bias in
+recursive filtering"). With the errors in their standard deviations, estimated as d with covariance
+L L^T (at first 0 and I), the joint covariance of mean and errors is
 
     [P + W W^T, W L^T; L W^T, L L^T],
 
@@ -22,11 +22,11 @@ L are kept as one root [W; L], by J. E. Potter's update (R. H. Battin, Astronaut
 Its innovations are white, and so all tests of them hold as they are. What fades or is opened anew
 is P, the tissue's: a rig does not change.
 
-The first samples tell much of all unknowns together, by tangents that are taken at a wild mean:
-false news of the constants, which would never be forgotten. So what the tangent leaves out of the
-tip's motion is added to the process noise (``write_neglected_variance``), as in filters of the
-second order (A. H. Jazwinski, Stochastic Processes and Filtering Theory, 1970): nothing once the
-tip's motion is known.
+The first samples inform on all unknowns together, by tangents that are taken at a wild mean: false
+information on the constants, which would never be forgotten. So the second-order terms of the tip's
+motion are added to the process noise (``write_neglected_variance``), as in filters of the second
+order (A. H. Jazwinski, Stochastic Processes and Filtering Theory, 1970). They vanish once the tip's
+motion is known.
 
 An error of the place of contact is a constant force: where that place is known roughly, the filter
 estimates such a force, as ``robust_ekf`` does in any case.
@@ -49,7 +49,7 @@ if TYPE_CHECKING:
 
 #: The variance of a product of two errors is at most twice the product of their variances, if they
 #: are normal; that of a sum of three terms at most three times the sum of theirs.
-AT_MOST = 6.0
+LARGEST_PRODUCT = 6.0
 #: A constant stays within this many standard deviations of its tolerance, as in a diagnosis.
 FARTHEST = 4.0
 
@@ -74,7 +74,7 @@ def may_touch_elsewhere(settings: EstimatorSettings) -> bool:
 
 
 def begin(filter: Filter) -> None:
-    """Know of the constants what was stated."""
+    """Begin with the constants as they were stated."""
     import sympy as sp  # only where a kernel has to be generated: it takes half a second
 
     q = len(filter.considered)
@@ -99,7 +99,7 @@ def predict(filter: Filter) -> None:
 
 
 def write_neglected_variance(filter: Filter) -> sp.Symbol:
-    """Return the variance of what the tangent leaves out of the tip's speed after a step [m^2/s^2].
+    """Return the variance of the second-order terms of the tip's speed after a step [m^2/s^2].
 
     In m x'' = k0 (u - x) + beta0 (u' - x') - k x - beta x' errors of k0 + k, beta0 + beta and m are
     multiplied by errors of x, x' and x''. The constants' errors are counted as at first.
@@ -113,7 +113,8 @@ def write_neglected_variance(filter: Filter) -> sp.Symbol:
     by_spring = total["stiffness"] + spring**2 + (mass / m * (k0 + k)) ** 2
     by_damper = total["damping"] + damper**2 + (mass / m * (beta0 + beta)) ** 2
     rate = filter.constant("sample_period") / m
-    return filter.program.let("left_out", AT_MOST * rate**2 * (by_spring * x + by_damper * v))
+    products = by_spring * x + by_damper * v
+    return filter.program.let("left_out", LARGEST_PRODUCT * rate**2 * products)
 
 
 def update(filter: Filter) -> None:
