@@ -198,8 +198,13 @@ def main(
         typer.Option(exists=True, file_okay=False, help="`beside`: the folder of public data."),
     ] = None,
     peer: Annotated[
-        Path | None,
-        typer.Option(exists=True, dir_okay=False, help="`beside`: a Python that has jax-sysid."),
+        list[Path] | None,
+        typer.Option(
+            exists=True,
+            dir_okay=False,
+            help="`beside`: a Python that has jax-sysid, freq-statespace or mujoco[sysid]; several "
+            "where each has an environment of its own.",
+        ),
     ] = None,
     hide: Annotated[
         list[Hidden] | None, typer.Option(help="What `diagnosis` has to find; all by default.")
@@ -311,7 +316,7 @@ def main(
         if part == Part.beside:
             if data is None:
                 raise SystemExit("benchmarks: `beside` needs the public data: say where, by --data")
-            compared = beside.measure(data, peer)
+            compared = beside.measure(data, peer or [])
             results["beside"] = beside.kept(compared)
             Console(width=150).print(*beside.tables(compared))
             beside.write_page(compared)

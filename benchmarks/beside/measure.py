@@ -8,7 +8,7 @@ from __future__ import annotations
 import json
 import math
 import subprocess
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import asdict
 from functools import partial
 from pathlib import Path
@@ -23,19 +23,25 @@ from benchmarks.beside.limited import MOST_SECONDS, limited
 from benchmarks.beside.results import Result
 
 PAGE = Path(__file__).parents[2] / "docs" / "beside.md"
-JAX_SYSID = "jax-sysid, 4 states and 8 neurons"
-PEER = Path(__file__).with_name("jax_sysid_peer.py")
+#: Peers in an environment of their own: what each is, the module it needs, and its program.
+PEERS = {
+    "jax-sysid, 4 states and 8 neurons": ("jax_sysid", "jax_sysid_peer.py"),
+    "freq-statespace, 2 states and a cubic": ("freq_statespace", "freq_statespace_peer.py"),
+    "MuJoCo's sysid, cubic spring and damping": ("mujoco.sysid", "mujoco_sysid_peer.py"),
+}
 
 
-def measure(data: Path, python: Path | None, say: Callable[[str], None] = print) -> list[Result]:
+def measure(
+    data: Path, pythons: Sequence[Path], say: Callable[[str], None] = print
+) -> list[Result]:
     """Return the results of all tools on the sets whose files are there.
 
     Parameters
     ----------
     data : path
         The folder of the sets.
-    python : path, optional
-        The Python of an environment that has jax-sysid; without one that peer is left out.
+    pythons : sequence of path
+        The Python of each environment that has some of ``PEERS``; one that none has is left out.
     say : callable
         Told each result.
     """
@@ -44,8 +50,12 @@ def measure(data: Path, python: Path | None, say: Callable[[str], None] = print)
         ours.LAW: ours.fit_law,
         sindy.NAME: sindy.measure,
     }
-    if python:
-        tools[JAX_SYSID] = partial(_run_jax_sysid, python)
+    for name, (module, program) in PEERS.items():
+        python = next((each for each in pythons if _has_module(each, module)), None)
+        if python:
+            tools[name] = partial(_run_peer, python, name, program)
+        else:
+            say(f"{name} is left out: no --peer has {module}.")
     found = []
     for of in (each for each in SETS if each.path(data).is_file()):
         for name, tool in tools.items():
@@ -54,14 +64,20 @@ def measure(data: Path, python: Path | None, say: Callable[[str], None] = print)
     return found
 
 
-def _run_jax_sysid(python: Path, of: Set, data: Path) -> Result:
+def _has_module(python: Path, module: str) -> bool:
+    asked = subprocess.run([str(python), "-c", f"import {module}"], capture_output=True)
+    return asked.returncode == 0
+
+
+def _run_peer(python: Path, name: str, program: str, of: Set, data: Path) -> Result:
     files = [str(of.path(data, part)) for part in ("train", *of.tests)]
-    ran = subprocess.run(
-        [str(python), str(PEER), *files], capture_output=True, text=True, check=True
-    )
+    command = [str(python), str(Path(__file__).with_name(program)), *files]
+    ran = subprocess.run(command, capture_output=True, text=True)
+    if ran.returncode:
+        raise RuntimeError(f"{name} failed on {of.name}: {ran.stderr[-2000:]}")
     told = json.loads(ran.stdout.splitlines()[-1])
     errors = tuple(of.per_unit * each for each in told["errors"])
-    return Result(of.name, JAX_SYSID, "", errors, told["seconds"])
+    return Result(of.name, name, "", errors, told["seconds"])
 
 
 def kept(found: list[Result]) -> list[dict[str, Any]]:
@@ -101,18 +117,18 @@ amplitudes of the training, and "no extrapolation" is the part that does not. Bo
 simulated oscillator with hysteresis.
 
 ```sh
-python -m benchmarks beside --data FOLDER --peer PYTHON
+python -m benchmarks beside --data FOLDER --peer PYTHON [--peer PYTHON]
 ```
 
 measures all rows except "published", and writes this page. FOLDER holds the data, which are not
 part of the project: both sets are at [nonlinearbenchmark.org](https://www.nonlinearbenchmark.org).
-PYTHON is the interpreter of an environment with jax-sysid.
+PYTHON is the interpreter of an environment with jax-sysid, freq-statespace or mujoco[sysid].
 
 Errors are root mean squares. The first {starting} samples of a test initialise a model and are not
 counted. Seconds are processor time of the training ({processor}); a tool that takes more than
 {most:g}, predictions included, is ended. PySINDy's lags and threshold are chosen on a quarter of
-the training recording. "improve" is given the authors' effects by name; "diagnose" has to find
-them. The column "verdict" is ours alone.
+the training recording. "improve" is given the authors' effects by name, and MuJoCo's sysid the
+form of the spring; "diagnose" has to find them. The column "verdict" is ours alone.
 """
 
 
