@@ -93,7 +93,7 @@ def _formula(found: FoundShape) -> str:
     constants = ", ".join(
         f"{each.name} = {engineering(each.value, each.unit)}"
         if each.unit in ("N", "m", "m/s")
-        else f"{each.name} = {each.value:.4g} {each.unit}".replace(" 1", "").strip()
+        else f"{each.name} = {each.value:.4g} {'' if each.unit == '1' else each.unit}".rstrip()
         for each in found.formula.constants
     )
     said = f"A formula that explains as much: {found.formula.text}, {constants}"

@@ -1,5 +1,8 @@
 """On what a missing force depends: the right variables, the curve, and when nothing is claimed."""
 
+import re
+import sys
+
 import numpy as np
 import pytest
 
@@ -90,10 +93,33 @@ def test_a_formula_is_named_with_its_constants():
     assert power.value == pytest.approx(2.0, abs=0.1)
 
 
-def test_of_a_wave_there_is_no_simple_formula():
-    found = learnt(moved(), lambda x, v: 0.05 * np.sin(x / 2e-4))
+def wave(x, v):
+    """Return the force of a corrugated surface."""
+    return 0.05 * np.sin(x / 2e-4)
+
+
+def test_no_form_of_the_catalogue_is_a_wave(monkeypatch):
+    monkeypatch.setitem(sys.modules, "pyoperon.sklearn", None)
+    found = learnt(moved(), wave)
     assert found.variables == ("indentation",)
     assert found.formula is None
+
+
+def test_a_wave_is_found_by_symbolic_regression(tmp_path):
+    found = learnt(moved(), wave)
+    assert found.accepted
+    written = found.formula.text
+    strength, stretch = found.formula.constants
+    assert strength.low < strength.value < strength.high
+    assert abs(strength.value) == pytest.approx(0.05, rel=0.03)
+    (frequency,) = re.findall(r"sin\(([0-9.]+)\*a\*indentation\)", written)
+    assert float(frequency) * stretch.value == pytest.approx(5000.0, rel=0.01)
+    path = tmp_path / "my_effect.py"
+    path.write_text(effect_text(found), encoding="utf-8")
+    assert [each.name for each in effects([path])[NAME].parameters] == [
+        "free_form_strength",
+        "free_form_shape",
+    ]
 
 
 def test_a_shape_that_does_not_carry_over_to_a_second_recording_is_not_claimed():

@@ -120,10 +120,10 @@ FREE_FORM = Effect(
 def _of_formula(formula: Formula) -> str:
     """Return the file of a formula: its constants are the effect's parameters."""
     symbol = {"indentation": "INDENTATION", "velocity": "TIP_VELOCITY"}[formula.signal]
-    words = {"abs": "Abs", "sign": "sign", "exp": "exp", "tanh": "tanh", "max": "Max"}
-    written = formula.form.text
-    for word, call in words.items():
-        written = written.replace(f"{word}(", f"sp.{call}(")
+    words = {"abs": "Abs", "max": "Max"}
+    written = re.sub(
+        r"\b([a-z]+)\(", lambda word: f"sp.{words.get(word[1], word[1])}(", formula.form.text
+    )
     # A power's slope by its exponent has no value at 0.
     written = re.sub(r"sp\.Abs\((s / [0-9.]+)\)\*\*", r"sp.Max(sp.Abs(\1), 1e-9)**", written)
     by = {"s": symbol, "c": "STRENGTH", "a": "SHAPE"}

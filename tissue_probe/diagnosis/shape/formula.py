@@ -1,6 +1,6 @@
-"""A simple formula for a learnt function, if there is one: a catalogue of forms, each refitted.
+"""A simple formula for a learnt function, if there is one: each form is refitted to the record.
 
-Contents: the forms; the one that explains the record best, its constants, and its rivals.
+Contents: the form that explains the record best, its constants, and its rivals.
 """
 
 from __future__ import annotations
@@ -13,89 +13,18 @@ import numpy as np
 
 from tissue_probe.diagnosis.observation.instrument import Instrument
 from tissue_probe.diagnosis.shape.choice import ALIKE_FACTOR, FITS
+from tissue_probe.diagnosis.shape.forms import FORMS, SIGNALS, Form
 from tissue_probe.diagnosis.shape.free_functions import Group
 from tissue_probe.diagnosis.shape.gram import Gram
 from tissue_probe.diagnosis.shape.paths import Path
 from tissue_probe.diagnosis.shape.shape import Shape
+from tissue_probe.diagnosis.shape.symbolic_regression import regress_forms
 from tissue_probe.diagnosis.shape.tip_response import tip_response
 from tissue_probe.quantities import SIDE
 from tissue_probe.signals import FloatArray, IntArray
 
-#: Values of a form's second constant that are tried, over its whole range.
-STEPS = 25
 #: By how much the cost may rise within a 95 % interval.
 COST_WITHIN_INTERVAL = 3.84
-Law = Callable[[FloatArray, float], FloatArray]
-
-
-@dataclass(frozen=True, eq=False)
-class Form:
-    """A law c f(s; a) of one signal s, which may have a second constant a.
-
-    Attributes
-    ----------
-    name : str
-        Of the form.
-    text : str
-        In Python's words: of ``s``, ``c`` and ``a``, with ``abs``, ``sign``, ``exp``, ``tanh``.
-    law : callable
-        f of the signal and a.
-    signals : tuple of str
-        Which signals it is tried for.
-    least, most : float
-        Range of a: a number, or a share of the largest signal, or over the largest signal.
-    of : str
-        The kind of a: "" (none), "number", "length" (as the signal), "inverse".
-    """
-
-    name: str
-    text: str
-    law: Law
-    signals: tuple[str, ...] = ("indentation", "velocity")
-    least: float = 0.0
-    most: float = 0.0
-    of: str = ""
-
-    def values(self, largest: float) -> FloatArray:
-        """Return the values of a that are tried for a signal that is at most so large."""
-        if not self.of:
-            return np.zeros(1)
-        scale = {"number": 1.0, "length": largest, "inverse": 1.0 / largest}[self.of]
-        return np.geomspace(self.least, self.most, STEPS) * scale
-
-    def unit(self, signal: str) -> str:
-        """Return the unit of a."""
-        own = {"indentation": "m", "velocity": "m/s"}[signal]
-        inverse = {"indentation": "1/m", "velocity": "s/m"}[signal]
-        return {"number": "1", "length": own, "inverse": inverse, "": ""}[self.of]
-
-
-_BOTH = ("indentation", "velocity")
-
-
-def _powers(signal: str, usual: float) -> tuple[Form, Form]:
-    """Return powers of a signal over a usual value of it, so that c is a force of usual size."""
-    share = f"abs(s / {usual:g})**a"
-    return (
-        Form("power, odd", f"c * sign(s) * {share}",
-             lambda s, a: np.sign(s) * np.abs(s / usual) ** a, (signal,), 0.2, 5.0, "number"),
-        Form("power, even", f"c * {share}",
-             lambda s, a: np.abs(s / usual) ** a, (signal,), 0.5, 6.0, "number"),
-    )  # fmt: skip
-
-
-FORMS = (
-    *_powers("indentation", 1e-3),
-    *_powers("velocity", 0.1),
-    Form("exponential", "c * (exp(a * s) - 1)", lambda s, a: np.expm1(a * s),
-         _BOTH, 0.1, 10.0, "inverse"),
-    Form("rational", "c * s / (1 + abs(s) / a)", lambda s, a: s / (1.0 + np.abs(s) / a),
-         _BOTH, 0.05, 20.0, "length"),
-    Form("saturating", "c * tanh(s / a)", lambda s, a: np.tanh(s / a), _BOTH, 0.01, 5.0, "length"),
-    Form("beyond a depth", "c * max(s - a, 0)", lambda s, a: np.maximum(s - a, 0.0),
-         ("indentation",), 0.05, 0.95, "length"),
-    Form("direction", "c * sign(s)", lambda s, a: np.sign(s), ("velocity",)),
-)  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -115,29 +44,28 @@ class Formula:
 
     Attributes
     ----------
-    name : str
-        Of its form.
+    form : Form
+        Its law.
     signal : str
         The signal that it is a function of.
-    constants : tuple of Constant
+    constants : tuple of FormConstant
         c, then a where the form has it.
     probability : float
-        Among the forms of the catalogue that explain the record.
+        Among the forms that explain the record.
     rivals : tuple of str
         Names of other forms within the noise.
     """
 
-    name: str
+    form: Form
     signal: str
     constants: tuple[FormConstant, ...]
     probability: float
     rivals: tuple[str, ...]
 
     @property
-    def form(self) -> Form:
-        """The form of that name."""
-        own = (form for form in FORMS if self.signal in form.signals)
-        return next(form for form in own if form.name == self.name)
+    def name(self) -> str:
+        """The name of its form."""
+        return self.form.name
 
     @property
     def text(self) -> str:
@@ -167,12 +95,22 @@ def formula(found: Shape, instrument: Instrument) -> Formula | None:
     """Return the best simple formula; None where no one explains the record as well as the curve.
 
     Each form is fitted in the place of the free function: its second constant by trial, all that is
-    linear with it, the model's own values among them.
+    linear with it, the model's own values among them. Where no form of the catalogue does, those
+    are tried that symbolic regression finds on the curve, where that is installed.
     """
-    if len(found.choice.chosen) != 1 or not found.choice.chosen <= set(_BOTH):
+    if len(found.choice.chosen) != 1 or not found.choice.chosen <= set(SIGNALS):
         return None
     (signal,) = found.choice.chosen
-    tried = [each for each in _tried(found, instrument, signal) if each.is_told]
+    catalogue = [form for form in FORMS if signal in form.signals]
+    named = _choose_form(found, instrument, signal, catalogue)
+    return named or _choose_form(found, instrument, signal, regress_forms(found, signal))
+
+
+def _choose_form(
+    found: Shape, instrument: Instrument, signal: str, forms: Sequence[Form]
+) -> Formula | None:
+    """Return the formula of the most probable form that explains as much as the curve."""
+    tried = [each for each in _tried(found, instrument, signal, forms) if each.is_told]
     samples = found.gram.samples
     most = min(FITS, ALIKE_FACTOR * found.choice.best.ratio) ** 2 * samples
     good = [each for each in tried if each.costs[each.best] <= most]
@@ -185,19 +123,19 @@ def formula(found: Shape, instrument: Instrument) -> Formula | None:
     first = int(np.argmax(shares))
     rivals = [each.form.name for n, each in enumerate(good) if n != first]
     best = good[first]
-    return Formula(
-        best.form.name, signal, _constants(best, signal), float(shares[first]), tuple(rivals)
-    )
+    return Formula(best.form, signal, _constants(best, signal), float(shares[first]), tuple(rivals))
 
 
 def _criterion(tried: _Tried, samples: int) -> float:
-    constants = 1 + bool(tried.form.of)
-    return float(tried.costs[tried.best] + constants * np.log(samples))
+    return float(tried.costs[tried.best] + tried.form.constants * np.log(samples))
 
 
-def _tried(found: Shape, instrument: Instrument, signal: str) -> Iterator[_Tried]:
+def _tried(
+    found: Shape, instrument: Instrument, signal: str, forms: Sequence[Form]
+) -> Iterator[_Tried]:
+    if not forms:
+        return
     largest = max(float(np.max(np.abs(getattr(path, signal)))) for path in found.paths)
-    forms = [form for form in FORMS if signal in form.signals]
     groups = [g for g in found.groups if g.name in ("straight", "level")]
     groups += [
         Group(form.name, frozenset(), _columns(form, signal, form.values(largest)))
