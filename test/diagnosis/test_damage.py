@@ -8,6 +8,7 @@ import pytest
 from scipy.special import erf
 
 from tissue_probe.diagnosis.diagnosis import diagnose
+from tissue_probe.diagnosis.fitting.problem import Problem
 from tissue_probe.diagnosis.observation.instrument import Instrument
 from tissue_probe.diagnosis.observation.measurement import Measurement
 from tissue_probe.physics.composition import Composition
@@ -62,3 +63,14 @@ def test_tissue_that_was_pressed_before_begins_with_its_damage():
     found = diagnose(Composition("rigid_probe"), [measured(kept, 2.5e-3)], STILL, LIBRARY)
     assert (found.verdict, found.effects) == ("missing", ("damage_by_depth",))
     assert found.ladder.final.named()["largest_depth_before"] == pytest.approx(2.5e-3, rel=0.02)
+
+
+@pytest.mark.parametrize("form", EFFECTS["damage_by_depth"].every_form)
+def test_the_first_sample_is_at_the_largest_depth_of_the_recording_so_far(form):
+    """A start that the noise in newtons left open by as many metres would be another depth."""
+    measurement = measured(KEPT["weaker spring"])
+    problem = Problem(Composition("rigid_probe", effects=(form,)), [measurement], STILL)
+    (begun,) = problem.begin(problem.nominal)
+    place = problem.kernel.states.index("withdrawn_from_largest")
+    assert begun.mean[place] == 0.0
+    assert begun.deviation[place] < 1e-3 * DEPTH

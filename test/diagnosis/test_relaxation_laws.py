@@ -18,6 +18,7 @@ LIBRARY = {
     name: EFFECTS[name]
     for name in (
         *("standard_linear_solid", "generalized_maxwell", "quasi_linear_relaxation"),
+        "poroelastic_relaxation",
         *("hertz_contact", "cubic_stiffening", "stiffness_step", "force_drift"),
     )
 }
@@ -67,3 +68,34 @@ def test_three_relaxation_times_are_named_and_carry_over(spring, named):
     assert found.heldout(final) < 1.15 * NOISE
     rates = sorted(value for name, value in final.named().items() if "relaxation_rate" in name)
     np.testing.assert_allclose(rates, RATES, rtol=0.3)
+
+
+def draining(law, rate, seed):
+    """Record a straight spring with fluid in its pores: the convolution of its relaxation."""
+    times = np.arange(0.0, 120.0, 0.1)
+    fine = np.arange(0.0, 120.0, 0.01)
+    position, ways = depth(times, seed), np.diff(depth(fine, seed), prepend=0.0)
+    left = law(rate * np.maximum(fine - 0.005, 0.0))
+    force = 1500.0 * position + 1200.0 * np.convolve(ways, left)[: fine.size][::10]
+    force = force + NOISE * np.random.default_rng(seed).standard_normal(times.size)
+    return Measurement(position, force, 0.1, at_rest=True)
+
+
+@pytest.mark.parametrize("rate", [0.05, 0.2])
+@pytest.mark.parametrize(
+    "law",
+    [
+        lambda T: 0.491 * np.exp(-0.908 * np.sqrt(T)) + 0.509 * np.exp(-1.679 * T),
+        lambda T: 1.304 * np.exp(-np.sqrt(T)) - 0.304 * np.exp(-0.254 * T),
+    ],
+    ids=["sphere", "punch"],
+)
+def test_fluid_that_flows_away_is_named_and_carries_over(law, rate):
+    records = [draining(law, rate, seed) for seed in (1, 2)]
+    library = {**LIBRARY, "springpot": EFFECTS["springpot"]}
+    found = diagnose(Composition("rigid_probe"), records[:1], MASSLESS, library, records[1:])
+    assert (found.verdict, found.effects) == ("missing", ("poroelastic_relaxation",))
+    final = found.ladder.final
+    assert found.heldout(final) < 1.1 * NOISE
+    assert final.named()["diffusion_rate"] == pytest.approx(rate, rel=0.05)
+    assert final.named()["fluid_stiffness"] == pytest.approx(1200.0, rel=0.03)

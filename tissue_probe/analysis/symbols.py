@@ -40,6 +40,8 @@ LETTERS = {
     "spectrum_slope": "s",
     "slowest_rate": "r_s",
     "fastest_rate": "r_f",
+    "fluid_stiffness": "k_f",
+    "diffusion_rate": "r_D",
     "springpot_stiffness": "c_\\alpha",
     "springpot_exponent": "\\alpha",
     "cubic_stiffness": "k_3",

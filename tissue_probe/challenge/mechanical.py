@@ -62,6 +62,32 @@ def _quasi_linear_relaxation(strength: float, at: Situation, random: Random) -> 
     return Change({**change.specimen, "branch_curved": 1.0})
 
 
+#: (a, b, c) of g(T) = a exp(-b T^1/2) + (1 - a) exp(-c T) under a sphere, a cone and a flat punch.
+POROELASTIC = ((0.491, 0.908, 1.679), (0.493, 0.822, 1.348), (1.304, 1.0, 0.254))
+
+
+def _poroelastic_relaxation(strength: float, at: Situation, random: Random) -> Change:
+    """Fluid in pores: the part g(T) of a force is left, T the time over that of diffusion.
+
+    (Hu et al., 2010.) The first term of g is an integral over rates r of exp(-r T) with the density
+    b / (2 pi^1/2) r^-3/2 exp(-b^2 / 4r) (P. Levy, 1939), taken by the trapezoidal rule in log r;
+    what relaxes faster than 6000 /s is a damper.
+    """
+    a, b, c = POROELASTIC[random.integers(len(POROELASTIC))]
+    fastest = FASTEST * (time := log_uniform(random, 0.02, 0.6))
+    rates = np.exp(np.arange(np.log(fastest) - LOG_STEP / 2.0, np.log(0.01), -LOG_STEP))
+    density = a * b / (2.0 * pi**0.5) * rates**-0.5 * np.exp(-(b**2) / (4.0 * rates))
+    springs = strength * at.specimen.stiffness * np.append(LOG_STEP * density, 1.0 - a)
+    damper = strength * at.specimen.stiffness * a * b * time / (3.0 * pi**0.5) * fastest**-1.5
+    return Change(
+        {
+            "branch_stiffness": tuple(springs.tolist()),
+            "branch_rate": tuple((np.append(rates, c) / time).tolist()),
+            "damping": at.specimen.damping + damper,
+        }
+    )
+
+
 def _cubic_stiffening(strength: float, at: Situation, random: Random) -> Change:
     return Change({"cubic": strength * at.specimen.stiffness / at.depth**2})
 
@@ -264,6 +290,7 @@ MECHANICAL: dict[str, HiddenEffect] = {
             "saturating_spring",
         ),
     ),
+    "poroelastic_relaxation": HiddenEffect("relaxation", _poroelastic_relaxation, 3e-3, 0.5, 10.0),
     "cubic_stiffening": HiddenEffect("stiffening", _cubic_stiffening, 1e-3, 0.3, 10.0),
     "exponential_stiffening": HiddenEffect("stiffening", _exponential_stiffening, 1e-3, 0.5, 3.0),
     "hertz_contact": HiddenEffect("stiffening", _hertz_contact, 0.1, 0.5, 1.5, sets_preload=True),

@@ -27,6 +27,7 @@ from tissue_probe.diagnosis.evidence.conclusion import Ladder, Verdict
 from tissue_probe.diagnosis.evidence.posterior import list_favoured_effects
 from tissue_probe.diagnosis.fit_checks import check_fit, check_held_out
 from tissue_probe.diagnosis.fitting.accuracy import widen_covariance
+from tissue_probe.diagnosis.fitting.event_intervals import ask_likelihood
 from tissue_probe.diagnosis.fitting.fit import Fit
 from tissue_probe.diagnosis.improvement.ladder import Progress, climb, climb_by
 from tissue_probe.diagnosis.improvement.moves import addable
@@ -369,12 +370,14 @@ def _revise_findings(findings: Sequence[Finding], ladder: Ladder) -> list[Findin
 
 
 def _as_sure(ladder: Ladder, instrument: Instrument) -> tuple[Ladder, list[Finding]]:
-    """Widen the intervals of models that no simulation of these samples follows finely enough."""
+    """Return models with intervals as wide as the samples and their simulation allow."""
     findings = []
     for fit in dict.fromkeys((ladder.base, ladder.final)):
-        wider = widen_covariance(fit, instrument)
-        if wider is not fit:
+        asked = ask_likelihood(fit, instrument)
+        wider = widen_covariance(asked, instrument)
+        if wider is not asked:
             findings = [Finding("coarse", TOO_COARSE)]
+        if wider is not fit:
             ladder = ladder.exchange_model(fit, wider)
     return ladder, findings
 

@@ -27,6 +27,8 @@ LEFT_SIDES = {
     "delay": "\\text{delay of the force} = ",
     "rounded": "\\text{step of the position} = ",
 }
+#: More are a ladder of branches of one form, which no reader wants line by line.
+MOST_STATES = 5
 
 
 def equations(effect: Effect) -> tuple[str, ...]:
@@ -71,7 +73,7 @@ def _pairs(effect: Effect) -> Iterator[tuple[str, sp.Expr]]:
 
 
 def _states(effect: Effect) -> Iterator[tuple[str, sp.Expr]]:
-    if len(effect.states) > 2:  # a ladder of branches of one form
+    if len(effect.states) > MOST_STATES:
         return
     for state in effect.states:
         yield f"\\frac{{d}}{{dt}} {latex(state.symbol)} = ", sp.sympify(state.motion)

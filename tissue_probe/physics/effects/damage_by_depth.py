@@ -96,7 +96,7 @@ def _form(
             Parameter(BEFORE, "m", default=0.0, lower=0.0, upper=0.1),
         ),
         force=-STIFFNESS * ELASTIC_DEPTH * DAMAGE * damage,
-        states=(State(WITHDRAWN, -(1 - DEEPER) * TIP_VELOCITY, spread="none"),),
+        states=(State(WITHDRAWN, -(1 - DEEPER) * TIP_VELOCITY, spread="counted"),),
         # Deeper than ever only while it goes deeper: at a turn it is at its largest depth, too.
         switches=(Switch(DEEPER, TIP_VELOCITY, sp.Max(WITHDRAWN, -TIP_VELOCITY), first=False),),
         starts=starts,
