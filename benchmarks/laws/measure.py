@@ -32,6 +32,8 @@ def measure(
 ) -> list[LawOutcome]:
     """Return the outcome of each record; one that was measured before is taken from its file.
 
+    Ctrl-C ends the measurement: of the records so far there are tables, too.
+
     Parameters
     ----------
     folder : Path
@@ -49,9 +51,12 @@ def measure(
     """
     kept, outcomes = KeptRows(folder), []
     say(f"outcomes are kept in {kept.path}: the same command goes on there")
-    for outcome in kept.ask_all(plan_cases(laws, rigs, count, first_seed)):
-        outcomes.append(outcome)
-        say(_line(outcome))
+    try:
+        for outcome in kept.ask_all(plan_cases(laws, rigs, count, first_seed)):
+            outcomes.append(outcome)
+            say(_line(outcome))
+    except KeyboardInterrupt:
+        say(f"interrupted: these are the first {len(outcomes)} records")
     return outcomes
 
 

@@ -20,6 +20,7 @@ from tissue_probe.challenge.grading import NAMING, NO_DIAGNOSIS
 from tissue_probe.challenge.instrument import FORCE_NOISE
 from tissue_probe.challenge.simulator import PINK_NOISE
 from tissue_probe.diagnosis.diagnosis import Diagnosis, diagnose
+from tissue_probe.diagnosis.evidence.adequacy import leaves_only_noise
 from tissue_probe.diagnosis.observation.instrument import Instrument
 from tissue_probe.diagnosis.observation.measurement import Measurement
 from tissue_probe.diagnosis.ranking.other_runs import carry_model
@@ -78,6 +79,8 @@ class LawOutcome:
     by_name : float or None
         How much larger the criterion (BIC) of the model with all that was hidden is, fitted by
         name, than that of the last model; None where these are the same, or it cannot be fitted.
+    explains_by_name : bool or None
+        Whether that model leaves noise only, as the truth would; None as before.
     """
 
     case: Case
@@ -87,6 +90,7 @@ class LawOutcome:
     before: Said | None = None
     second: float | None = None
     by_name: float | None = None
+    explains_by_name: bool | None = None
 
     @property
     def is_right(self) -> bool:
@@ -110,11 +114,14 @@ class LawOutcome:
 
     @property
     def cause(self) -> str:
-        """Why the law is not named first: by the criterion of the model that has it."""
+        """Why the law is not named first: by the criterion of the model that has it.
+
+        A search failed if the truth explains more than the last model, or was not found by name.
+        """
         if self.is_right:
             return ""
-        if self.by_name is None:
-            return "cannot be fitted by name"
+        if self.by_name is None or not self.explains_by_name:
+            return "search, by name too"
         if self.by_name < -STRONG:
             return "search"
         return "not to be told" if self.by_name <= STRONG else "another explains more"
@@ -137,7 +144,7 @@ def ask(case: Case) -> LawOutcome:
             second = _carry(found, made, instrument, case.rig == "tolerant")
             return LawOutcome(case, made.ratio, made.absorbed, said, second=second)
         by_name = _by_name(found, case, made.first, instrument)
-        return LawOutcome(case, made.ratio, made.absorbed, said, by_name=by_name)
+        return LawOutcome(case, made.ratio, made.absorbed, said, None, None, *by_name)
 
 
 def _say(
@@ -176,8 +183,9 @@ def _carry(found: Diagnosis, made: MadeCase, instrument: Instrument, tolerant: b
 
 def _by_name(
     found: Diagnosis, case: Case, measured: Measurement, instrument: Instrument
-) -> float | None:
+) -> tuple[float | None, bool | None]:
     _, named = _say(measured, instrument, EFFECTS, wanted=case.hidden)
     if named is None:
-        return None
-    return round(named.ladder.final.bic - found.ladder.final.bic, 1)
+        return None, None
+    final = named.ladder.final
+    return round(final.bic - found.ladder.final.bic, 1), leaves_only_noise(final)

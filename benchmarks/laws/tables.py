@@ -83,7 +83,8 @@ def _said_instead(rig: str, outcomes: Sequence[LawOutcome]) -> Table:
             table.add_row(law, cause, told)
     table.caption = (
         "cause: by the criterion (BIC) of the model with the law, fitted by name. search: it is\n"
-        "better by more than 10, so that the search did not find it; not to be told: within 10"
+        "better by more than 10, so that the search did not find it; not to be told: within 10;\n"
+        "search, by name too: that model leaves more than noise, or has no fit"
     )
     return table
 

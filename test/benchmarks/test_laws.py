@@ -14,6 +14,7 @@ from benchmarks.laws.cases import RIGS, STRENGTHS, Case, make_case, plan_cases
 from benchmarks.laws.channel import ChannelLaw
 from benchmarks.laws.kept_rows import KeptRows
 from benchmarks.laws.library import BEFORE, NEW_FORM, list_newer_laws, take_library_before
+from benchmarks.laws.measure import measure
 from benchmarks.laws.outcome import LawOutcome, Said, ask
 from benchmarks.laws.tables import tables
 from tissue_probe.challenge.simulator import LIBRARY
@@ -140,11 +141,18 @@ def test_a_law_beside_another_effect_is_right_with_both():
 
 
 @pytest.mark.parametrize(
-    ("by_name", "cause"),
-    [(-30.0, "search"), (4.0, "not to be told"), (30.0, "another explains more")],
+    ("by_name", "explains", "cause"),
+    [
+        (-30.0, True, "search"),
+        (4.0, True, "not to be told"),
+        (30.0, True, "another explains more"),
+        (2e4, False, "search, by name too"),
+        (None, None, "search, by name too"),
+    ],
 )
-def test_the_criterion_of_the_law_by_name_says_why_it_is_not_named(by_name, cause):
-    assert outcome(Said("missing", ("backlash",)), by_name=by_name).cause == cause
+def test_the_criterion_of_the_law_by_name_says_why_it_is_not_named(by_name, explains, cause):
+    said = Said("missing", ("backlash",))
+    assert outcome(said, by_name=by_name, explains_by_name=explains).cause == cause
 
 
 def test_a_run_that_is_interrupted_goes_on_where_it_was(tmp_path, monkeypatch):
@@ -166,13 +174,28 @@ def test_a_run_that_is_interrupted_goes_on_where_it_was(tmp_path, monkeypatch):
     assert [*KeptRows(tmp_path).ask_all(cases)] == outcomes
 
 
+def test_a_run_that_is_ended_by_hand_returns_the_records_so_far(tmp_path, monkeypatch):
+    answers = iter([RIGHT, RIGHT])
+
+    def answer(case):
+        if (said := next(answers, None)) is None:
+            raise KeyboardInterrupt
+        return replace(outcome(said), case=case)
+
+    monkeypatch.setattr(kept_rows, "ask", answer)
+    lines = []
+    found = measure(tmp_path, ["bilinear_spring"], ["exact"], 1, 600_000, lines.append)
+    assert len(found) == 2
+    assert "first 2 records" in lines[-1]
+
+
 def test_the_tables_count_shares_alarms_and_times():
     def clean(verdict, seconds):
         case = replace(CASE, part="clean", law="", hidden=())
         before = Said("adequate", seconds=2.0)
         return LawOutcome(case, 1.0, False, Said(verdict, seconds=seconds), before)
 
-    missed = outcome(Said("missing", ("backlash",)), by_name=-40.0)
+    missed = outcome(Said("missing", ("backlash",)), by_name=-40.0, explains_by_name=True)
     found = [outcome(RIGHT, second=1.01), missed, clean("adequate", 3.0), clean("missing", 4.0)]
     console = Console(record=True, width=180)
     console.print(*tables(found))
