@@ -42,8 +42,8 @@ def _rows_of_laws(rig: str, outcomes: Sequence[LawOutcome]) -> Table:
     table = _table(
         f"Newer laws, {rig} rig",
         "hidden",
-        *("records", "named alone", "named, or in a set", "second record"),
-        *("steady sine", "named alone", "named, or in a set", "absorbed"),
+        *("records", "named\nalone", "alone, or\nin a set", "second\nrecord"),
+        *("steady\nsine", "named\nalone", "alone, or\nin a set", "absorbed"),
     )
     for law in dict.fromkeys(each.case.law for each in outcomes):
         table.add_row(law, *_row([each for each in outcomes if each.case.law == law]))
