@@ -45,6 +45,9 @@ from benchmarks.instrument import measure as instrument
 from benchmarks.instrument import speed as instrument_speed
 from benchmarks.instrument import tables as instrument_tables
 from benchmarks.instrument import written_cases
+from benchmarks.laws import measure as laws
+from benchmarks.laws import tables as laws_tables
+from benchmarks.laws.library import list_newer_laws
 from benchmarks.maps import blocks, explore
 from benchmarks.maps import measure as maps
 from benchmarks.protocols import deal
@@ -90,6 +93,7 @@ class Part(str, Enum):
     live_loop = "live_loop"
     free_form = "free_form"
     beside = "beside"
+    laws = "laws"
     all = "all"
 
 
@@ -97,7 +101,7 @@ class Part(str, Enum):
 WITHOUT_BAG = (
     *(Part.reading, Part.start, Part.protocols, Part.third_party, Part.map, Part.workbench),
     *(Part.explore, Part.blocks, Part.golden, Part.code, Part.instrument, Part.study),
-    *(Part.live_loop, Part.free_form, Part.beside),
+    *(Part.live_loop, Part.free_form, Part.beside, Part.laws),
 )
 OWN_TABLES = (Part.daq, Part.soak, Part.readers, *WITHOUT_BAG)
 
@@ -106,6 +110,7 @@ class Rig(str, Enum):
     """Whether a challenge's rig is the nominal one, or off within its tolerances."""
 
     exact = "exact"
+    tolerant = "tolerant"
 
 
 Hidden = Enum("Hidden", {name: name for name in diagnosis.HIDDEN}, type=str)
@@ -116,6 +121,7 @@ STEPS = (
     "diagnose_beside",
 )
 Step = Enum("Step", {name: name for name in STEPS}, type=str)
+Law = Enum("Law", {name: name for name in list_newer_laws()}, type=str)
 Protocol = Enum("Protocol", {name: name for name in PROTOCOLS}, type=str)
 
 
@@ -146,8 +152,9 @@ def main(
             help="`diagnosis`: recordings of one effect for each rig and excitation; there are a "
             "third as many of each other kind. `protocols`: records of each protocol with "
             "something hidden, and as many without. `third_party`: records of each effect, and "
-            "twice as many without. `instrument`: records of each group. `study`: recordings.",
-            show_default=f"{diagnosis.COUNT}; of `study` {STUDIED}",
+            "twice as many without. `instrument`: records of each group. `study`: recordings. "
+            "`laws`: clean records on each rig.",
+            show_default=f"{diagnosis.COUNT}; of `study` {STUDIED}, of `laws` {laws.COUNT}",
         ),
     ] = None,
     first_seed: Annotated[
@@ -155,10 +162,12 @@ def main(
         typer.Option(
             min=diagnosis.FIRST_SEED,
             help="Of the challenges of `diagnosis`, of `protocols`, of `instrument`, of "
-            "`free_form`.",
+            "`free_form`, of `laws`.",
         ),
     ] = diagnosis.FIRST_SEED,
-    rig: Annotated[list[Rig] | None, typer.Option(help="Of `diagnosis`; both by default.")] = None,
+    rig: Annotated[
+        list[Rig] | None, typer.Option(help="Of `diagnosis`, `laws`; both by default.")
+    ] = None,
     excitations: Annotated[
         list[Excitation] | None, typer.Option(help="Of `diagnosis`; all by default.")
     ] = None,
@@ -185,6 +194,7 @@ def main(
         list[Group] | None, typer.Option(help="Of `instrument`; all by default.")
     ] = None,
     step: Annotated[list[Step] | None, typer.Option(help="Of `live_loop`; all by default.")] = None,
+    law: Annotated[list[Law] | None, typer.Option(help="Of `laws`; all by default.")] = None,
     cases: Annotated[
         Path | None,
         typer.Option(
@@ -228,10 +238,11 @@ def main(
     fare on a rig that is off within its tolerances, whether an identification settles on the
     hidden effect, and what it costs and brings that filters take another model while they run;
     `free_form` learnt shapes on second records; `beside` public data with published errors, and
-    other tools on them. `all` leaves these nineteen out.
+    other tools on them; `laws` how often each newer law of the library is named, and what it costs
+    beside the library before. `all` leaves these twenty out.
     """
     os.environ.setdefault("ROS_DOMAIN_ID", DOMAIN)
-    count = count or (STUDIED if part == Part.study else diagnosis.COUNT)
+    count = count or {Part.study: STUDIED, Part.laws: laws.COUNT}.get(part, diagnosis.COUNT)
     RESULTS.mkdir(exist_ok=True)
     bag = RESULTS / "run.mcap"
     results: dict[str, object] = {"machine": machine.describe()}
@@ -320,6 +331,11 @@ def main(
             results["beside"] = beside.kept(compared)
             Console(width=150).print(*beside.tables(compared))
             beside.write_page(compared)
+        if part == Part.laws:
+            asked_of = [each.value for each in law or Law], [each.value for each in rig or Rig]
+            diagnosed = laws.measure(RESULTS, *asked_of, count, first_seed)
+            results["laws"] = [asdict(outcome) for outcome in diagnosed]
+            Console(width=150).print(*laws_tables.tables(diagnosed))
         if part == Part.code:
             sizes = code.measure()
             results["code"] = {name: asdict(size) for name, size in sizes.items()}

@@ -52,6 +52,26 @@ def test_an_effect_that_sets_in_with_a_jump_rather_shows_too_well():
         assert answer.ratio > 1.2
 
 
+def test_an_effect_leaves_what_the_caller_asks_for_in_a_specimen_that_is_the_same():
+    drawn, asked = (
+        make_challenge(5, ("cubic_stiffening",), "sine10", leaves=leaves).answer
+        for leaves in (None, 3.0)
+    )
+    assert asked.ratio == pytest.approx(3.0, rel=0.05)
+    assert asked.targets == {"cubic_stiffening": 3.0}
+    assert asked.ratio != pytest.approx(drawn.ratio, rel=0.05)
+    assert (asked.tissue, asked.rig, asked.excitation) == (
+        drawn.tissue,
+        drawn.rig,
+        drawn.excitation,
+    )
+
+
+def test_an_effect_that_is_to_leave_the_noise_only_is_refused():
+    with pytest.raises(ValueError, match="more than the noise"):
+        make_challenge(5, leaves=1.0)
+
+
 ABSORBED = (
     *("standard_linear_solid", "generalized_maxwell", "springpot"),
     *("added_mass", "force_gain", "load_cell_stiffness_error"),

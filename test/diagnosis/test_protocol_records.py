@@ -141,6 +141,16 @@ def test_a_zero_that_drifts_without_end_is_no_touch(seed):
     assert first_touch(position, force, 1e-3) is None
 
 
+@pytest.mark.parametrize("seed", [0, 499])
+def test_a_pressed_tip_that_begins_to_swing_touches_nothing(seed):
+    """Its force swings by newtons about its course, and goes by the speed, not by the way."""
+    random, time = np.random.default_rng(seed), np.arange(600) / 2000.0
+    waves = np.sin(2.0 * np.pi * np.outer(time, np.arange(1, 61)) + random.uniform(0.0, 6.28, 60))
+    position = 2.2e-3 + 1e-4 * waves.sum(axis=1) * np.minimum(time / 0.02, 1.0) ** 2
+    force = 300.0 * position + 3.4 * np.gradient(position, time)
+    assert first_touch(position, force + 5e-3 * random.standard_normal(600), 5e-3) is None
+
+
 def test_a_force_that_grows_while_the_tip_rests_is_no_touch():
     position = np.concatenate([np.linspace(0.0, 1e-6, 40), np.full(200, 1e-6)])
     force = np.where(np.arange(240) < 60, 0.0, 0.1)

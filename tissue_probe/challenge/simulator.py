@@ -119,6 +119,7 @@ def make_challenge(
     rig: Rig = "exact",
     preload: float | None = None,
     coil: Coil | None = None,
+    leaves: float | None = None,
 ) -> Challenge:
     """Simulate a recording of a random tissue with hidden effects.
 
@@ -142,13 +143,18 @@ def make_challenge(
         measured. Effects that show only where the force comes near zero draw their own.
     coil : Coil, optional
         Faults of the coil; drawn by default. A motion that was measured has none added.
+    leaves : float, optional
+        What the best Kelvin-Voigt fit leaves of each effect alone, in units of the noise, larger
+        than 1, as far as the effect can; drawn by default. All else is as it is without.
 
     Raises
     ------
     ValueError
-        If a name is not known, or one effect is given twice.
+        If a name is not known, one effect is given twice, or an effect is to leave the noise only.
     """
     _check(effects, excitation, rig)
+    if leaves is not None and not leaves > 1.0:
+        raise ParameterError(f"an effect leaves more than the noise: above 1, not {leaves:g}")
     random = np.random.default_rng(seed)
     coil = Coil.draw(random.spawn(1)[0]) if coil is None else coil
     pressed = random.uniform(1e-3, 3e-3) if random.random() < 0.5 else 0.0
@@ -158,7 +164,7 @@ def make_challenge(
     tolerances = Tolerances() if rig == "tolerant" else None
     clean = Case(*_rig_and_tissue(random, tolerances), first)
     clean = clean.press_in(pressed if preload is None else preload)
-    case, hidden = _hide(effects, clean, random, tolerances)
+    case, hidden = _hide(effects, clean, random, tolerances, leaves)
     second = replace(_phases_anew(case, random), trajectory=other)
     second = second.press_in(case.trajectory.preload)
     answer = HiddenTruth(
@@ -230,12 +236,14 @@ def _hide(
     clean: Case,
     random: np.random.Generator,
     tolerances: Tolerances | None,
+    leaves: float | None,
 ) -> tuple[Case, dict[str, Hidden]]:
     """Hide the effects, each scaled alone; those that need a preload of their own come first."""
     case, hidden = clean, {}
     weakest = WEAKEST if len(effects) < 2 else WEAKEST_OF_TWO
     for name in sorted(effects, key=lambda name: not SIMULATED_EFFECTS[name].sets_preload):
         target, seed = log_uniform(random, weakest, STRONGEST), int(random.integers(2**32))
+        target = target if leaves is None else leaves
         alone = clean.press_in(case.trajectory.preload)
         hidden[name] = hide(SIMULATED_EFFECTS[name], alone, target, seed, tolerances)
         case = case.apply_change(hidden[name].change)

@@ -16,7 +16,8 @@ from tissue_probe.signals import FloatArray
 #: A force is felt from so many standard deviations of its noise on, in so many samples in a row.
 FELT, IN_A_ROW = 4.0, 4
 #: In the air the force changes by at most this share of its rise over as long a way after the
-#: touch, doubt included. By the softest law of contact, a cone's square, the share is a third.
+#: touch, doubt included, and swings beyond its noise by no more. By the softest law of contact, a
+#: cone's square, the share is a third.
 FLAT = 0.1
 #: Samples that tell a slope, and a mean.
 FEWEST_IN_SLOPE = 16
@@ -107,7 +108,8 @@ def _find_touch(
         return None
     slope, doubt = _slope(position[: last + 1], force[: last + 1])
     rises = float(force[after - FEWEST_IN_SLOPE : after].mean() - course(time[last]))
-    if not (abs(slope) + 2.0 * doubt) * way < FLAT * rises:
+    swing = float(np.sqrt(usual**2 - noise**2)) if usual > noise else 0.0
+    if not max((abs(slope) + 2.0 * doubt) * way, swing) < FLAT * rises:
         return None
     return FirstTouch(last, float(position[last]), _zero(force[: last + 1], usual))
 
