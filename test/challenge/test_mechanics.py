@@ -162,6 +162,22 @@ def test_bouc_wen_of_another_shape_slides_with_the_same_force_and_turns_in_other
     assert np.abs(fuller - usual).max() > 0.02
 
 
+def test_a_stack_of_sliders_takes_four_times_each_force_times_the_way_beyond_its_reach():
+    reaches, forces = np.array([2e-5, 1e-4, 4e-4]), np.array([0.02, 0.03, 0.05])
+    stiffness = tuple(forces / reaches)
+    specimen = UNDAMPED._replace(slider_stiffness=stiffness, slider_reach=tuple(reaches))
+    lost, tip = lost_a_cycle(*vibrate(specimen), specimen)
+    beyond = 0.5 * np.ptp(tip) - reaches
+    assert beyond.min() > 0.0
+    expected = 4.0 * forces @ beyond + viscous_loss(tip, specimen.damping)
+    assert lost == pytest.approx(expected, rel=5e-3)
+
+
+def test_a_stack_that_never_slides_is_a_spring():
+    held = Specimen(slider_stiffness=(100.0, 200.0), slider_reach=(5e-3, 1e-2))
+    agrees(held, kelvin_voigt(held) + 300.0, 1e-6)
+
+
 def test_drag_takes_eight_thirds_of_force_times_amplitude_a_cycle():
     drag = 100.0
     specimen = UNDAMPED._replace(drag=drag)

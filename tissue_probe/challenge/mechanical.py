@@ -198,6 +198,23 @@ def _bouc_wen_hysteresis(strength: float, at: Situation, random: Random) -> Chan
     )
 
 
+def _prandtl_ishlinskii(strength: float, at: Situation, random: Random) -> Change:
+    """Twelve springs behind sliders, whose shares of the force go as a power of their reach.
+
+    Reaches are spread by their logarithm over a decade and a half (Segalman, 2005, on the power).
+    """
+    longest = log_uniform(random, 0.2, 1.0) * at.amplitude
+    reaches = longest * np.geomspace(1.0 / 30.0, 1.0, 12)
+    shares = (reaches / longest) ** random.uniform(0.0, 1.0)
+    forces = strength * _vibration(at) * shares / shares.sum()
+    return Change(
+        {
+            "slider_stiffness": tuple((forces / reaches).tolist()),
+            "slider_reach": tuple(reaches.tolist()),
+        }
+    )
+
+
 def _vibration(at: Situation) -> float:
     """Amplitude of the tissue's force in a sine of 10 Hz [N]."""
     k, beta = at.specimen.stiffness, at.specimen.damping
@@ -281,6 +298,7 @@ MECHANICAL: dict[str, HiddenEffect] = {
     "coulomb_friction": HiddenEffect("friction", _coulomb_friction, 1e-3, 0.1, 0.6),
     "stribeck_friction": HiddenEffect("friction", _stribeck_friction, 1e-3, 0.1, 0.4),
     "bouc_wen_hysteresis": HiddenEffect("friction", _bouc_wen_hysteresis, 1e-3, 0.2, 2.0),
+    "prandtl_ishlinskii": HiddenEffect("friction", _prandtl_ishlinskii, 1e-3, 0.2, 2.0),
     "backlash": HiddenEffect("lost motion", _backlash, 1e-7, 3e-5, 3e-4, sets_preload=True),
     "added_mass": HiddenEffect("inertia", _added_mass, 3e-3, 0.3, 3.0),
     "structural_mode": HiddenEffect("inertia", _structural_mode, 3e-3, 0.2, 2.0),

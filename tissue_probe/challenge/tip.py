@@ -5,7 +5,7 @@ that say that one has ended.
 
 States: tip position, velocity, Bouc-Wen's z [-], mode's position and velocity, recent strain
 amplitude [m], recent speed [m/s], largest depth so far [m], way in and out so far [m], then
-the force of each relaxation branch [N].
+the force of each relaxation branch [N], then the place of each slider [m].
 Modes: touching (0, 1), sliding (-1, 0 sticks, 1), engaged (-1, 0 in the gap, 1).
 """
 
@@ -69,11 +69,27 @@ def friction(p: Specimen, speed: float) -> float:
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
+def stack_force(p: Specimen, state: FloatArray) -> float:
+    """Force of springs between the tip and sliders that give way, each at its reach [N].
+
+    Prandtl (1928), Ishlinskii (1944): each spring's compression is x less a play of x (Kuhnen,
+    2003).
+    """
+    force, first = 0.0, BRANCHES + p.branches
+    for i in range(p.sliders):
+        reach = p.slider_reach[i]
+        compressed = state[POSITION] - state[first + i]
+        force += p.slider_stiffness[i] * min(max(compressed, -reach), reach)
+    return force
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
 def drive(
     p: Specimen, time: float, u: float, u_rate: float, state: FloatArray, modes: IntArray
 ) -> float:
     """Sum of all forces on the tip but dry friction [N]."""
     force = cell_force(p, modes[ENGAGED], u, u_rate, state) - p.bouc_force * state[BOUC]
+    force -= stack_force(p, state)
     if modes[TOUCHING]:
         pushed = tissue_force(p, time, state)
         if p.bond_range != 0.0:
@@ -130,13 +146,19 @@ def rates(
     for branch in range(p.branches):
         decay = p.branch_rate[branch] * state[BRANCHES + branch]
         result[BRANCHES + branch] = p.branch_stiffness[branch] * rate - decay
+    for i in range(p.sliders):
+        result[BRANCHES + p.branches + i] = 0.0
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def remember(p: Specimen, time: float, state: FloatArray) -> None:
-    """Keep the largest depth that the tip has reached."""
+    """Keep the largest depth that the tip has reached, and move the sliders that it has moved."""
     depth = state[POSITION] - surface(p, time)[0]
     state[LARGEST] = max(state[LARGEST], depth, p.damage_reached)
+    first = BRANCHES + p.branches
+    for i in range(p.sliders):
+        at, reach = state[POSITION], p.slider_reach[i]
+        state[first + i] = min(max(state[first + i], at - reach), at + reach)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

@@ -62,7 +62,7 @@ def _form(
         forms=forms,
         simpler=("coulomb_friction",),
         limit=limit,
-        excludes=("coulomb_friction", "stribeck_friction"),
+        excludes=("coulomb_friction", "stribeck_friction", "prandtl_ishlinskii"),
         assumptions=f"Rate-independent; {assumptions}",
         reference="Bouc (1967); Wen, J. Engineering Mechanics 102 (1976), 249, eq. 3; Ikhouane and "
         "Rodellar, Systems with Hysteresis (2007), chapter 2, on its shapes",
