@@ -64,6 +64,8 @@ LETTERS = {
     "hysteretic_stiffness": "k_h",
     "loop_closing": "\\beta_h",
     "loop_bending": "\\gamma_h",
+    "weakening_by_work": "\\delta_h",
+    "work_so_far": "e",
     "stack_force": "F_h",
     "largest_slip": "D",
     "slip_ratio": "q",

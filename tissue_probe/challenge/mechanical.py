@@ -184,16 +184,21 @@ def _stribeck_friction(strength: float, at: Situation, random: Random) -> Change
 def _bouc_wen_hysteresis(strength: float, at: Situation, random: Random) -> Change:
     """Friction that yields first: with beta = gamma, or, as often, with a loop of another shape.
 
-    It slides at z = 1 / (beta + gamma) = 1; the less gamma, the fuller the loop.
+    It slides at z = 1 / (beta + gamma) = 1; the less gamma, the fuller the loop. One in three is
+    of beta = gamma and weakens with the work done (Baber and Wen, 1981), by half within the way of
+    4 to 60 sines.
     """
     yielding = log_uniform(random, 3e-5, 2e-4)
     beta = float(random.choice((0.5, random.uniform(0.3, 2.0))))
+    weakening = 0.25 / (log_uniform(random, 4.0, 60.0) * at.amplitude)
+    weakens = random.random() < 1.0 / 3.0
     return Change(
         {
             "bouc_force": strength * _vibration(at),
             "bouc_yield": yielding,
-            "bouc_beta": beta,
-            "bouc_gamma": 1.0 - beta,
+            "bouc_beta": 0.5 if weakens else beta,
+            "bouc_gamma": 0.5 if weakens else 1.0 - beta,
+            "bouc_weakening": weakening if weakens else 0.0,
         }
     )
 

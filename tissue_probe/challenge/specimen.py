@@ -64,6 +64,7 @@ class Specimen(NamedTuple):
     bouc_yield: float = 1e-4  # [m]
     bouc_beta: float = 0.5  # [-]
     bouc_gamma: float = 0.5  # [-]
+    bouc_weakening: float = 0.0  # of nu by the work done over the force [1/m]
     # springs [N/m] behind sliders, and the compression at which each slides [m]
     slider_stiffness: tuple[float, ...] = ()
     slider_reach: tuple[float, ...] = ()

@@ -4,7 +4,8 @@ Contents: the rates of all states while contact, friction and play keep their mo
 that say that one has ended.
 
 States: tip position, velocity, Bouc-Wen's z [-], mode's position and velocity, recent strain
-amplitude [m], recent speed [m/s], largest depth so far [m], way in and out so far [m], then
+amplitude [m], recent speed [m/s], largest depth so far [m], way in and out so far [m], work
+of Bouc-Wen's force over that force [m], then
 the force of each relaxation branch [N], then the place of each slider [m].
 Modes: touching (0, 1), sliding (-1, 0 sticks, 1), engaged (-1, 0 in the gap, 1).
 """
@@ -28,7 +29,9 @@ from tissue_probe.challenge.tissue import (
 )
 from tissue_probe.signals import FloatArray, IntArray
 
-POSITION, VELOCITY, BOUC, MODE, MODE_VELOCITY, STRAIN, AGILITY, LARGEST, WAY, BRANCHES = range(10)
+POSITION, VELOCITY, BOUC, MODE, MODE_VELOCITY, STRAIN, AGILITY, LARGEST, WAY, WORK, BRANCHES = (
+    range(11)
+)
 TOUCHING, SLIDING, ENGAGED = range(3)
 
 
@@ -122,12 +125,15 @@ def rates(
         result[POSITION] = v
         result[VELOCITY] = (force - modes[SLIDING] * friction(p, abs(v))) / p.tip_mass
     result[BOUC] = result[MODE] = result[MODE_VELOCITY] = result[STRAIN] = result[AGILITY] = 0.0
-    result[LARGEST] = result[WAY] = 0.0
+    result[LARGEST] = result[WAY] = result[WORK] = 0.0
     if p.bouc_force != 0.0:
         # Bouc (1967), Wen (1976) with A = 1, n = 1.
         z = state[BOUC]
         closing = p.bouc_beta * abs(v) * z + p.bouc_gamma * v * abs(z)
-        result[BOUC] = (v - closing) / p.bouc_yield
+        # Strength that falls with the energy taken up (Baber and Wen, 1981): nu = 1 + d e.
+        nu = 1.0 + p.bouc_weakening * max(state[WORK], 0.0)
+        result[BOUC] = (v - nu * closing) / p.bouc_yield
+        result[WORK] = z * v
     if p.mode_mass != 0.0:
         result[MODE] = state[MODE_VELOCITY]
         pull = p.mode_stiffness * (state[POSITION] - state[MODE])
