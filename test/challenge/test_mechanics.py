@@ -182,6 +182,33 @@ def test_bouc_wen_of_another_shape_slides_with_the_same_force_and_turns_in_other
     assert np.abs(fuller - usual).max() > 0.02
 
 
+def test_bouc_wen_that_weakens_takes_what_is_left_of_its_strength_by_the_work_done():
+    force, weakening = 0.05, 10.0
+    large = UNDAMPED._replace(bouc_force=force, bouc_yield=3e-6, bouc_weakening=weakening)
+    lost, tip = lost_a_cycle(*vibrate(large), large)
+    # de/ds = 1 / (1 + d e) of the way s: 20 cycles have passed, 0.1 s of them at half the size.
+    ways = 2.0 * np.ptp(tip) * np.array([19.5, 39.5])
+    work = (np.sqrt(1.0 + 2.0 * weakening * ways) - 1.0) / weakening
+    expected = force * np.diff(work)[0] / 20.0 + viscous_loss(tip, large.damping)
+    assert lost == pytest.approx(expected, rel=0.01)
+
+
+def test_a_stack_of_sliders_takes_four_times_each_force_times_the_way_beyond_its_reach():
+    reaches, forces = np.array([2e-5, 1e-4, 4e-4]), np.array([0.02, 0.03, 0.05])
+    stiffness = tuple(forces / reaches)
+    specimen = UNDAMPED._replace(slider_stiffness=stiffness, slider_reach=tuple(reaches))
+    lost, tip = lost_a_cycle(*vibrate(specimen), specimen)
+    beyond = 0.5 * np.ptp(tip) - reaches
+    assert beyond.min() > 0.0
+    expected = 4.0 * forces @ beyond + viscous_loss(tip, specimen.damping)
+    assert lost == pytest.approx(expected, rel=5e-3)
+
+
+def test_a_stack_that_never_slides_is_a_spring():
+    held = Specimen(slider_stiffness=(100.0, 200.0), slider_reach=(5e-3, 1e-2))
+    agrees(held, kelvin_voigt(held) + 300.0, 1e-6)
+
+
 def test_drag_takes_eight_thirds_of_force_times_amplitude_a_cycle():
     drag = 100.0
     specimen = UNDAMPED._replace(drag=drag)

@@ -206,7 +206,7 @@ def test_beside_a_straight_spring_quasi_linear_relaxation_is_linear(form):
 
 
 def test_a_bouc_wen_loop_of_free_shape_is_the_usual_one_where_beta_is_gamma():
-    usual, _, free = EFFECTS["bouc_wen_hysteresis"].every_form
+    usual, _, free, _ = EFFECTS["bouc_wen_hysteresis"].every_form
     force, length = 0.05, 2e-4
     shape = dict.fromkeys(("loop_closing", "loop_bending"), 0.5 / length)
     forces = [
@@ -217,6 +217,22 @@ def test_a_bouc_wen_loop_of_free_shape_is_the_usual_one_where_beta_is_gamma():
         )
     ]
     np.testing.assert_allclose(*forces, atol=1e-9)
+
+
+def test_friction_that_does_not_weaken_is_the_usual_one_and_what_weakens_lasts_less():
+    usual, _, _, weakening = EFFECTS["bouc_wen_hysteresis"].every_form
+    own = {"hysteretic_force": 0.05, "yield_displacement": 2e-4}
+    position = vibrating(np.arange(1000) * PERIOD)
+
+    def force(form, **given):
+        composition = Composition(effects=(form,))
+        return force_of(composition, values_of(composition, **given), position).output
+
+    without = force(usual, **own | {"hysteretic_force": 0.0})
+    lasting, weaker = (force(weakening, **own, weakening_by_work=d) for d in (0.0, 1e3))
+    np.testing.assert_allclose(lasting, force(usual, **own), atol=1e-9)
+    end = np.abs(lasting - without)[-200:].max()
+    assert np.abs(weaker - without)[-200:].max() < 0.8 * end
 
 
 def test_where_stribeck_friction_turns_sharply_it_is_searched_at_other_speeds_only():

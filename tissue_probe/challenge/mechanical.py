@@ -210,16 +210,38 @@ def _stribeck_friction(strength: float, at: Situation, random: Random) -> Change
 def _bouc_wen_hysteresis(strength: float, at: Situation, random: Random) -> Change:
     """Friction that yields first: with beta = gamma, or, as often, with a loop of another shape.
 
-    It slides at z = 1 / (beta + gamma) = 1; the less gamma, the fuller the loop.
+    It slides at z = 1 / (beta + gamma) = 1; the less gamma, the fuller the loop. One in three is
+    of beta = gamma and weakens with the work done (Baber and Wen, 1981), by half within the way of
+    4 to 60 sines.
     """
     yielding = log_uniform(random, 3e-5, 2e-4)
     beta = float(random.choice((0.5, random.uniform(0.3, 2.0))))
+    weakening = 0.25 / (log_uniform(random, 4.0, 60.0) * at.amplitude)
+    weakens = random.random() < 1.0 / 3.0
     return Change(
         {
             "bouc_force": strength * _vibration(at),
             "bouc_yield": yielding,
-            "bouc_beta": beta,
-            "bouc_gamma": 1.0 - beta,
+            "bouc_beta": 0.5 if weakens else beta,
+            "bouc_gamma": 0.5 if weakens else 1.0 - beta,
+            "bouc_weakening": weakening if weakens else 0.0,
+        }
+    )
+
+
+def _prandtl_ishlinskii(strength: float, at: Situation, random: Random) -> Change:
+    """Twelve springs behind sliders, whose shares of the force go as a power of their reach.
+
+    Reaches are spread by their logarithm over a decade and a half (Segalman, 2005, on the power).
+    """
+    longest = log_uniform(random, 0.2, 1.0) * at.amplitude
+    reaches = longest * np.geomspace(1.0 / 30.0, 1.0, 12)
+    shares = (reaches / longest) ** random.uniform(0.0, 1.0)
+    forces = strength * _vibration(at) * shares / shares.sum()
+    return Change(
+        {
+            "slider_stiffness": tuple((forces / reaches).tolist()),
+            "slider_reach": tuple(reaches.tolist()),
         }
     )
 
@@ -308,6 +330,7 @@ MECHANICAL: dict[str, HiddenEffect] = {
     "coulomb_friction": HiddenEffect("friction", _coulomb_friction, 1e-3, 0.1, 0.6),
     "stribeck_friction": HiddenEffect("friction", _stribeck_friction, 1e-3, 0.1, 0.4),
     "bouc_wen_hysteresis": HiddenEffect("friction", _bouc_wen_hysteresis, 1e-3, 0.2, 2.0),
+    "prandtl_ishlinskii": HiddenEffect("friction", _prandtl_ishlinskii, 1e-3, 0.2, 2.0),
     "backlash": HiddenEffect("lost motion", _backlash, 1e-7, 3e-5, 3e-4, sets_preload=True),
     "added_mass": HiddenEffect("inertia", _added_mass, 3e-3, 0.3, 3.0),
     "structural_mode": HiddenEffect("inertia", _structural_mode, 3e-3, 0.2, 2.0),

@@ -69,7 +69,7 @@ def _integrate(
 ) -> FloatArray:
     steps = u.size // 2
     force = np.empty(steps)
-    state = np.zeros(BRANCHES + p.branches)
+    state = np.zeros(BRANCHES + p.branches + p.sliders)
     work = np.empty((SLOPES + 4, state.size))
     modes = np.zeros(3, np.int64)
     modes[TOUCHING] = 1
@@ -78,8 +78,7 @@ def _integrate(
         stretch = u[2 * step] - state[POSITION] - modes[ENGAGED] * p.play
         force[step] = p.load_cell_stiffness * stretch if modes[ENGAGED] else 0.0
         _advance(p, start, period, step, u, u_rate, state, modes, work)
-        if p.damage != 0.0:
-            remember(p, start + (step + 1) * period, state)
+        remember(p, start + (step + 1) * period, state)
     return force
 
 

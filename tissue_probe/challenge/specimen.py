@@ -9,7 +9,7 @@ from typing import NamedTuple, cast
 
 import numpy as np
 
-MOST_BRANCHES = 32
+MOST_BRANCHES = 32  # or sliders
 
 
 class Specimen(NamedTuple):
@@ -64,6 +64,10 @@ class Specimen(NamedTuple):
     bouc_yield: float = 1e-4  # [m]
     bouc_beta: float = 0.5  # [-]
     bouc_gamma: float = 0.5  # [-]
+    bouc_weakening: float = 0.0  # of nu by the work done over the force [1/m]
+    # springs [N/m] behind sliders, and the compression at which each slides [m]
+    slider_stiffness: tuple[float, ...] = ()
+    slider_reach: tuple[float, ...] = ()
     corrugation: float = 0.0  # [N]
     corrugation_period: float = 1e-4  # [m]
     # inertia
@@ -95,23 +99,25 @@ class Specimen(NamedTuple):
         """How many relaxation branches there are."""
         return len(self.branch_stiffness)
 
+    @property
+    def sliders(self) -> int:
+        """How many springs behind sliders there are."""
+        return len(self.slider_stiffness)
+
     def record(self) -> np.void:
         """Return the numbers as one record that compiled code takes by reference."""
         record = np.zeros((), _RECORD)
         for name, value in self._asdict().items():
-            if name in _BRANCH_VALUES:
+            if name in _LISTS:
                 record[name][: len(value)] = value
             else:
                 record[name] = value
-        record["branches"] = self.branches
+        record["branches"], record["sliders"] = self.branches, self.sliders
         return cast(np.void, record[()])
 
 
-_BRANCH_VALUES = ("branch_stiffness", "branch_rate")
+_LISTS = ("branch_stiffness", "branch_rate", "slider_stiffness", "slider_reach")
 _RECORD = np.dtype(
-    [
-        (name, np.float64, (MOST_BRANCHES,) if name in _BRANCH_VALUES else ())
-        for name in Specimen._fields
-    ]
-    + [("branches", np.int64, ())]
+    [(name, np.float64, (MOST_BRANCHES,) if name in _LISTS else ()) for name in Specimen._fields]
+    + [("branches", np.int64, ()), ("sliders", np.int64, ())]
 )

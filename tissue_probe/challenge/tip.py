@@ -4,8 +4,9 @@ Contents: the rates of all states while contact, friction and play keep their mo
 that say that one has ended.
 
 States: tip position, velocity, Bouc-Wen's z [-], mode's position and velocity, recent strain
-amplitude [m], recent speed [m/s], largest depth so far [m], way in and out so far [m], then
-the force of each relaxation branch [N].
+amplitude [m], recent speed [m/s], largest depth so far [m], way in and out so far [m], work
+of Bouc-Wen's force over that force [m], then
+the force of each relaxation branch [N], then the place of each slider [m].
 Modes: touching (0, 1), sliding (-1, 0 sticks, 1), engaged (-1, 0 in the gap, 1).
 """
 
@@ -28,7 +29,9 @@ from tissue_probe.challenge.tissue import (
 )
 from tissue_probe.signals import FloatArray, IntArray
 
-POSITION, VELOCITY, BOUC, MODE, MODE_VELOCITY, STRAIN, AGILITY, LARGEST, WAY, BRANCHES = range(10)
+POSITION, VELOCITY, BOUC, MODE, MODE_VELOCITY, STRAIN, AGILITY, LARGEST, WAY, WORK, BRANCHES = (
+    range(11)
+)
 TOUCHING, SLIDING, ENGAGED = range(3)
 
 
@@ -69,11 +72,27 @@ def friction(p: Specimen, speed: float) -> float:
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
+def stack_force(p: Specimen, state: FloatArray) -> float:
+    """Force of springs between the tip and sliders that give way, each at its reach [N].
+
+    Prandtl (1928), Ishlinskii (1944): each spring's compression is x less a play of x (Kuhnen,
+    2003).
+    """
+    force, first = 0.0, BRANCHES + p.branches
+    for i in range(p.sliders):
+        reach = p.slider_reach[i]
+        compressed = state[POSITION] - state[first + i]
+        force += p.slider_stiffness[i] * min(max(compressed, -reach), reach)
+    return force
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
 def drive(
     p: Specimen, time: float, u: float, u_rate: float, state: FloatArray, modes: IntArray
 ) -> float:
     """Sum of all forces on the tip but dry friction [N]."""
     force = cell_force(p, modes[ENGAGED], u, u_rate, state) - p.bouc_force * state[BOUC]
+    force -= stack_force(p, state)
     if modes[TOUCHING]:
         pushed = tissue_force(p, time, state)
         if p.bond_range != 0.0:
@@ -106,12 +125,15 @@ def rates(
         result[POSITION] = v
         result[VELOCITY] = (force - modes[SLIDING] * friction(p, abs(v))) / p.tip_mass
     result[BOUC] = result[MODE] = result[MODE_VELOCITY] = result[STRAIN] = result[AGILITY] = 0.0
-    result[LARGEST] = result[WAY] = 0.0
+    result[LARGEST] = result[WAY] = result[WORK] = 0.0
     if p.bouc_force != 0.0:
         # Bouc (1967), Wen (1976) with A = 1, n = 1.
         z = state[BOUC]
         closing = p.bouc_beta * abs(v) * z + p.bouc_gamma * v * abs(z)
-        result[BOUC] = (v - closing) / p.bouc_yield
+        # Strength that falls with the energy taken up (Baber and Wen, 1981): nu = 1 + d e.
+        nu = 1.0 + p.bouc_weakening * max(state[WORK], 0.0)
+        result[BOUC] = (v - nu * closing) / p.bouc_yield
+        result[WORK] = z * v
     if p.mode_mass != 0.0:
         result[MODE] = state[MODE_VELOCITY]
         pull = p.mode_stiffness * (state[POSITION] - state[MODE])
@@ -130,13 +152,19 @@ def rates(
     for branch in range(p.branches):
         decay = p.branch_rate[branch] * state[BRANCHES + branch]
         result[BRANCHES + branch] = p.branch_stiffness[branch] * rate - decay
+    for i in range(p.sliders):
+        result[BRANCHES + p.branches + i] = 0.0
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def remember(p: Specimen, time: float, state: FloatArray) -> None:
-    """Keep the largest depth that the tip has reached."""
+    """Keep the largest depth that the tip has reached, and move the sliders that it has moved."""
     depth = state[POSITION] - surface(p, time)[0]
     state[LARGEST] = max(state[LARGEST], depth, p.damage_reached)
+    first = BRANCHES + p.branches
+    for i in range(p.sliders):
+        at, reach = state[POSITION], p.slider_reach[i]
+        state[first + i] = min(max(state[first + i], at - reach), at + reach)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

@@ -26,6 +26,7 @@ from tissue_probe.physics.effects.load_cell_stiffness_error import LOAD_CELL_STI
 from tissue_probe.physics.effects.mains_hum import MAINS_HUM
 from tissue_probe.physics.effects.nonlinear_damping import NONLINEAR_DAMPING
 from tissue_probe.physics.effects.poroelastic_relaxation import POROELASTIC_RELAXATION
+from tissue_probe.physics.effects.prandtl_ishlinskii import PRANDTL_ISHLINSKII
 from tissue_probe.physics.effects.preconditioning import PRECONDITIONING
 from tissue_probe.physics.effects.quasi_linear_relaxation import QUASI_LINEAR_RELAXATION
 from tissue_probe.physics.effects.saturating_spring import SATURATING_SPRING
@@ -65,6 +66,7 @@ EFFECTS = {
         COULOMB_FRICTION,
         STRIBECK_FRICTION,
         BOUC_WEN_HYSTERESIS,
+        PRANDTL_ISHLINSKII,
         BACKLASH,
         ADDED_MASS,
         STRUCTURAL_MODE,

@@ -49,7 +49,7 @@ COULOMB_FRICTION = Effect(
     starts=starts,
     near=near,
     forms=(_STICKS,),
-    excludes=("stribeck_friction", "bouc_wen_hysteresis"),
+    excludes=("stribeck_friction", "bouc_wen_hysteresis", "prandtl_ishlinskii"),
     assumptions="Creeps below the transition velocity instead of sticking, or sticks at once",
     reference="Coulomb (1785); Olsson et al., European J. Control 4 (1998), 176, section 3",
 )

@@ -99,7 +99,7 @@ STRIBECK_FRICTION = Effect(
     forms=(_STICKS,),
     simpler=("coulomb_friction",),
     limit="breakaway_excess",
-    excludes=("coulomb_friction", "bouc_wen_hysteresis"),
+    excludes=("coulomb_friction", "bouc_wen_hysteresis", "prandtl_ishlinskii"),
     assumptions="Creeps below the transition velocity instead of sticking, or sticks at once",
     reference="Stribeck (1902); Armstrong-Helouvry et al., Automatica 30 (1994), 1083, eq. 1",
 )
