@@ -6,6 +6,7 @@ import os
 import signal
 import subprocess
 import sys
+import time
 from itertools import pairwise
 from pathlib import Path
 
@@ -147,6 +148,22 @@ def test_samples_cut_short_by_deactivation_are_not_lost(session):
     deactivate(running)
     running.wait_until(lambda: len(blocks[-1].position) < 1000, "the last, shorter block")
     assert len(join(samples_from_message(block) for block in blocks)) == 1
+
+
+def test_a_deactivation_lasts_no_longer_than_the_last_samples_are_on_their_way(session):
+    """Who has them says so when asked: by itself Fast DDS asks every 3 s."""
+    running = session(driver())
+    blocks = collect(running.node, ProbeSamples, "/probe/samples")
+    activate(running)
+    took = []
+    for _ in range(3):
+        blocks.clear()
+        running.wait_until(lambda: len(blocks) > 5, "samples")
+        began = time.monotonic()
+        deactivate(running)
+        took.append(time.monotonic() - began)
+        assert change_state(running, Transition.TRANSITION_ACTIVATE)
+    assert min(took) < 1.5
 
 
 @pytest.mark.parametrize("size", [1, 25])
