@@ -102,7 +102,7 @@ def test_the_driver_is_a_crtk_device_too(session):
     running.wait_until(lambda: bool(states), "the driver's state")
     assert (states[-1].state, states[-1].is_busy) == ("DISABLED", False)
     refused = "it knows enable, once configured"
-    say(running, "/probe", "enable", lambda: refused in running.log("driver"))
+    say(running, "/probe", "enable", lambda: refused in running.whole_log("driver"))
     activate(running)
     running.wait_until(lambda: states[-1].state == "ENABLED", "the driver to be active")
     assert states[-1].is_busy
@@ -143,4 +143,4 @@ def test_the_stage_moves_only_while_it_is_enabled(session):
     command(running, "/stage", "resume", "ENABLED")
     ask_for(0.01)
     running.wait_until(lambda: poses[-1].pose.position.x == pytest.approx(0.01), "the motion")
-    say(running, "/stage", "home", lambda: "'home' is no command" in running.log("stage"))
+    say(running, "/stage", "home", lambda: "'home' is no command" in running.whole_log("stage"))

@@ -94,7 +94,7 @@ def test_poses_of_another_type_are_named_by_scan_and_driver(session):
             "/ur/measured_cp: /ur/robot publishes it as geometry_msgs/msg/Pose, not as "
             "geometry_msgs/msg/PoseStamped"
         )
-        running.wait_until(lambda: wrong in running.log("driver"), "the driver's reason")
+        running.wait_until(lambda: wrong in running.whole_log("driver"), "the driver's reason")
         answer = Scanning(running, goal()).result()
         assert answer.status == GoalStatus.STATUS_ABORTED
         assert f"the robot /ur is not heard on {wrong}" in answer.result.message

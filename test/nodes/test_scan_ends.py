@@ -134,7 +134,8 @@ SLOW = {"samples_timeout": 10.0, "speed": 0.005}
 
 @pytest.mark.parametrize("phase", ["approach", "dwell", "lift"])
 def test_a_robot_that_falls_silent_ends_the_scan_and_the_site_does_not_count(session, phase):
-    running = session(driver(), STAGE, NodeProcess("scan", "scan", parameters=SLOW))
+    watching = driver(limits__palpation_timeout=2.0)
+    running = session(watching, STAGE, NodeProcess("scan", "scan", parameters=SLOW))
     activate(running)
     poses = collect(running.node, PoseStamped, "/stage/measured_cp", POSES)
     faults = collect(running.node, String, "/probe/fault", LATCHED)
