@@ -49,7 +49,6 @@ def health(running, received: list, node: str) -> DiagnosticStatus | None:
     return statuses[-1] if statuses else None
 
 
-@pytest.mark.crowded
 def test_every_estimator_finds_the_tissue_and_publishes_an_estimate_for_each_block(session):
     running = session(driver(), stage_on_tissue(), *(estimator(name) for name in LIVE))
     blocks = collect(running.node, ProbeSamples, "/probe/samples")

@@ -139,7 +139,6 @@ def test_an_exploration_keeps_to_area_zone_plane_and_budget_and_tells_what_is_op
         assert site.normal.x == pytest.approx(1e-4, rel=0.01)
 
 
-@pytest.mark.crowded
 def test_an_exploration_is_paused_between_sites_goes_on_and_is_cancelled(session):
     running = suite(session)
     wanted = Explore.Goal(area=area(), most_sites=100, probability=0.99999)
@@ -179,7 +178,6 @@ def short_robot(monkeypatch):
         yield process
 
 
-@pytest.mark.crowded
 @pytest.mark.slow
 def test_a_foreign_robot_that_cannot_reach_a_site_gets_another_one(session, short_robot):
     robot = "/dvrk/PSM1"
@@ -198,7 +196,6 @@ def test_a_foreign_robot_that_cannot_reach_a_site_gets_another_one(session, shor
     assert told["phases"].count(PalpationSite.LIFTED) == begun
 
 
-@pytest.mark.crowded
 def test_an_exploration_goes_on_from_a_bag(session, bag):
     """What was palpated before counts: no first sites are palpated again."""
     running = session(

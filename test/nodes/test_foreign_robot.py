@@ -47,7 +47,6 @@ def best_effort(monkeypatch) -> None:
     monkeypatch.setenv("BEST_EFFORT", "1")
 
 
-@pytest.mark.crowded
 def test_a_foreign_robot_is_heard_that_publishes_its_poses_best_effort(session, best_effort, robot):
     running = session(
         driver(stage_pose=f"{ROBOT}/measured_cp"),
@@ -59,7 +58,6 @@ def test_a_foreign_robot_is_heard_that_publishes_its_poses_best_effort(session, 
     assert done.status == GoalStatus.STATUS_SUCCEEDED, done.result.message
 
 
-@pytest.mark.crowded
 def test_a_foreign_robot_carries_the_probe_over_the_phantom_and_the_map_is_right(session, robot):
     running = session(
         driver(stage_pose=f"{ROBOT}/measured_cp"),

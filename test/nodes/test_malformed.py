@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 
-import pytest
 from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import PoseStamped
 from lifecycle_msgs.msg import State
@@ -138,7 +137,6 @@ class Flood:
                 publisher.publish(message)
 
 
-@pytest.mark.crowded
 def test_a_flood_of_malformed_messages_ends_no_node_and_no_scan(session, bag):
     running = session(
         driver(),

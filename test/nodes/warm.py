@@ -8,11 +8,13 @@ from __future__ import annotations
 
 import importlib
 import multiprocessing
+import multiprocessing.connection
 import multiprocessing.forkserver
 import os
 import signal
 import subprocess
 import sys
+import threading
 from collections.abc import Mapping, Sequence
 from typing import IO, Any
 
@@ -79,12 +81,21 @@ def _ensure_server() -> None:
         multiprocessing.forkserver.ensure_running()
 
 
+def _end_with_tests() -> None:
+    """End where those who test are killed, before later tests meet this node in their domain."""
+    tests = multiprocessing.parent_process()
+    assert tests is not None
+    multiprocessing.connection.wait([tests.sentinel])
+    os.kill(os.getpid(), signal.SIGKILL)
+
+
 def _run(module: str, words: list[str], log: str, environment: dict[str, str], folder: str) -> None:
     """Become the node: in a session of its own, all that it says in its log."""
     is_warm = "warm_up" in sys.modules
     import warm_up  # noqa: F401 - where the server could not, this says why
 
     assert is_warm, "the server of forks has not imported what nodes need"
+    threading.Thread(target=_end_with_tests, daemon=True).start()
     os.setsid()
     os.chdir(folder)
     nothing, written = os.open(os.devnull, os.O_RDONLY), os.open(log, os.O_WRONLY | os.O_APPEND)
