@@ -22,13 +22,14 @@ SITE := test/site
 # Tests of many seeds or many cases of a kind, of which `make test` runs some: `make test-slow` runs them.
 SLOW := battery
 SIDE_BY_SIDE := --numprocesses 2 --dist
+NODES_SIDE_BY_SIDE := --numprocesses 3 --dist
 # A machine that others use too may hold up a process for seconds. A live test that failed is therefore run
 # once more, alone; both runs are in the log. $(1): options of the
 # first run alone, $(2): options and folders.
 live = $(BIN)/python -m pytest $(1) $(2) || \
 	$(BIN)/python -m pytest --last-failed --last-failed-no-failures none $(2)
-# Two workers on two cores: threads of each would only wait for those of the other. Live tests wait
-# for processes for much of their time, but a third worker makes the samples of the others late.
+# Two workers on two cores: threads of each would only wait for those of the other. Tests of nodes wait
+# for processes for much of their time: of these a third.
 test test-slow: export OPENBLAS_NUM_THREADS := 1
 
 .PHONY: demo hidden-effect hidden-effect-live test test-slow test-page docs lint lint-page benchmark setup clean help
@@ -42,7 +43,7 @@ demo: $(VENV)/packages.done ## Palpate a simulated phantom; leaves run.mcap, map
 test: $(VENV)/packages.done $(VENV)/development.done ## Run the tests, real ROS 2 processes included.
 	$(BIN)/python test/kernels.py
 	$(BIN)/python -m pytest $(SIDE_BY_SIDE) loadfile -m "not $(SLOW)" $(addprefix --ignore=,$(LIVE) $(PAGE) $(SITE))
-	$(call live,$(SIDE_BY_SIDE) loadfile -m "not crowded",--timeout-method thread test/nodes)
+	$(call live,$(NODES_SIDE_BY_SIDE) loadfile -m "not crowded",--timeout-method thread test/nodes)
 	$(call live,-m crowded,--timeout-method thread test/nodes)
 	$(call live,$(SIDE_BY_SIDE) loadfile,test/launch test/benchmarks)
 

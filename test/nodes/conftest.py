@@ -61,10 +61,12 @@ def domain(monkeypatch) -> Iterator[int]:
         yield number
 
 
-@pytest.fixture(autouse=True)
-def warm(monkeypatch) -> None:
+@pytest.fixture(scope="session", autouse=True)
+def warm() -> Iterator[None]:
     """Processes of nodes are forked from one that has imported what they need."""
-    monkeypatch.setattr("tissue_probe.nodes.session.Popen", popen)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("tissue_probe.nodes.session.Popen", popen)
+        yield
 
 
 @pytest.fixture
@@ -85,6 +87,19 @@ def session() -> Iterator[Callable[..., Session]]:
     yield start
     for each in opened:
         each.__exit__()
+
+
+@contextmanager
+def session_of_a_module(*processes: NodeProcess) -> Iterator[Session]:
+    """Start node processes for several tests, in a domain of their own."""
+    with own_domain() as number:
+        with pytest.MonkeyPatch.context() as patch:
+            patch.setenv("ROS_DOMAIN_ID", str(number))
+            running = Session(processes).__enter__()
+        try:
+            yield running
+        finally:
+            running.__exit__()
 
 
 @pytest.fixture

@@ -10,8 +10,8 @@ import os
 from geometry_msgs.msg import PoseStamped
 from rclpy.publisher import Publisher
 
-#: Heights of the setpoints that fail [m].
-HEIGHTS = {"descent": (0.0005, 0.002), "dwell": (0.0, 0.0)}
+#: Heights of the setpoints that fail [m]: in the descent so low that poses have shown it by then.
+HEIGHTS = {"descent": (0.0002, 0.001), "dwell": (0.0, 0.0)}
 #: The first setpoints at a height are part of the descent.
 SENT_BEFORE = {"descent": 0, "dwell": 20}
 

@@ -63,7 +63,6 @@ def heard_samples(running) -> list:
     return collect(running.node, ProbeSamples, "/probe/samples", SAMPLE_BLOCKS)
 
 
-@pytest.mark.crowded
 @pytest.mark.parametrize("name", ["robust_ekf", "ekf"])
 def test_estimators_find_what_a_foreign_robot_presses_on(session, quality, robot, name):
     running = session(adapter(), estimator(name, **RIGID))
@@ -77,7 +76,6 @@ def test_estimators_find_what_a_foreign_robot_presses_on(session, quality, robot
     assert estimates[-1].damping == pytest.approx(presser.DAMPING, rel=0.1)
 
 
-@pytest.mark.crowded
 def test_a_bag_of_the_topics_gives_the_samples_bit_for_bit(session, robot, bag, tmp_path):
     running = session(
         adapter(), NodeProcess("recorder", "recorder", parameters={"output": str(bag)})
@@ -99,7 +97,7 @@ def test_a_bag_of_the_topics_gives_the_samples_bit_for_bit(session, robot, bag, 
     again, notes = read_any(bag, Layout(adapter=str(settings)))
     assert "as the node adapter makes them" in notes[0]
     common, of_live, of_again = np.intersect1d(live.stamps, again.stamps, return_indices=True)
-    assert common.size > 500
+    assert common.size > 300
     assert live.position[of_live].tobytes() == again.position[of_again].tobytes()
     assert live.force[of_live].tobytes() == again.force[of_again].tobytes()
 

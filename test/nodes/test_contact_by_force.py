@@ -150,7 +150,6 @@ def test_given_sites_on_a_tilted_surface_are_found_and_left_along_their_normals(
         assert np.linalg.norm(seen - above, axis=1).min() < 0.0003
 
 
-@pytest.mark.crowded
 @pytest.mark.slow
 def test_an_exploration_with_a_foreign_robot_follows_a_surface_that_bends(session, tmp_path, robot):
     # 1.5 mm lower in the corners than in the middle of a plane that is given: contact is sought

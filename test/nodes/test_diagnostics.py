@@ -36,7 +36,6 @@ class Health:
         return {value.key: value.value for value in self.of(node).values}
 
 
-@pytest.mark.crowded
 def test_levels_and_numbers_from_start_to_a_known_tissue(session, bag):
     running = session(
         driver(),

@@ -6,6 +6,7 @@ import os
 import signal
 import subprocess
 import sys
+import time
 from itertools import pairwise
 from pathlib import Path
 
@@ -149,6 +150,22 @@ def test_samples_cut_short_by_deactivation_are_not_lost(session):
     assert len(join(samples_from_message(block) for block in blocks)) == 1
 
 
+def test_a_deactivation_lasts_no_longer_than_the_last_samples_are_on_their_way(session):
+    """Who has them says so when asked: by itself Fast DDS asks every 3 s."""
+    running = session(driver())
+    blocks = collect(running.node, ProbeSamples, "/probe/samples")
+    activate(running)
+    took = []
+    for _ in range(3):
+        blocks.clear()
+        running.wait_until(lambda: len(blocks) > 5, "samples")
+        began = time.monotonic()
+        deactivate(running)
+        took.append(time.monotonic() - began)
+        assert change_state(running, Transition.TRANSITION_ACTIVATE)
+    assert min(took) < 1.5
+
+
 @pytest.mark.parametrize("size", [1, 25])
 def test_the_block_size_is_a_parameter(session, size):
     running = session(driver(block_size=size))
@@ -261,7 +278,7 @@ def test_an_excitation_above_the_command_limit_is_refused(session):
     running = session(driver(limits__command_limit=0.5))
     assert change_state(running, Transition.TRANSITION_CONFIGURE)
     assert not change_state(running, Transition.TRANSITION_ACTIVATE)
-    assert "command limit of 0.5 V" in running.log("driver")
+    assert "command limit of 0.5 V" in running.whole_log("driver")
 
 
 def test_a_second_driver_is_refused_and_the_first_goes_on(session):
@@ -274,7 +291,7 @@ def test_a_second_driver_is_refused_and_the_first_goes_on(session):
     # Its own process may not have heard of the first: then it is configured, which must not matter.
     configured = change_state(other, Transition.TRANSITION_CONFIGURE, "/probe/second")
     if not configured:
-        assert "/probe/driver publishes /probe/samples already" in other.log("second")
+        assert "/probe/driver publishes /probe/samples already" in other.whole_log("second")
     count = len(blocks)
     running.wait_until(lambda: len(blocks) > count + 600, "the first to go on for three seconds")
     assert state_of(running) == State.PRIMARY_STATE_ACTIVE
@@ -310,7 +327,7 @@ def test_a_driver_is_not_activated_beside_another_one(session):
     samples = samples_publisher(running.node)
     running.wait_until(lambda: running.node.count_publishers("/probe/samples") == 2, "both")
     assert not change_state(running, Transition.TRANSITION_ACTIVATE)
-    assert "publishes /probe/samples already" in running.log("driver")
+    assert "publishes /probe/samples already" in running.whole_log("driver")
     running.node.destroy_publisher(samples)
 
 
@@ -362,20 +379,22 @@ def test_parameters_describe_themselves_with_unit_and_range(session):
 
 def test_a_parameter_that_does_not_exist_is_told(session):
     running = session(driver(exitation__amplitude=1.0))
-    running.wait_until(lambda: "no parameter exitation.amplitude" in running.log("driver"), "it")
-    assert "excitation.amplitude" in running.log("driver")
+    running.wait_until(
+        lambda: "no parameter exitation.amplitude" in running.whole_log("driver"), "it"
+    )
+    assert "excitation.amplitude" in running.whole_log("driver")
 
 
 def test_a_phantom_that_is_not_there_keeps_the_driver_unconfigured(session, tmp_path):
     running = session(driver(simulated__phantom=str(tmp_path / "none.yaml")))
     assert not change_state(running, Transition.TRANSITION_CONFIGURE)
-    assert "none.yaml" in running.log("driver")
+    assert "none.yaml" in running.whole_log("driver")
 
 
 def test_a_transition_that_the_state_does_not_have_is_refused_and_survived(session):
     running = session(driver())
     assert not change_state(running, Transition.TRANSITION_DEACTIVATE)
-    assert "refused: there is no transition" in running.log("driver")
+    assert "refused: there is no transition" in running.whole_log("driver")
     activate(running)
     assert not change_state(running, Transition.TRANSITION_CONFIGURE)
     assert state_of(running) == State.PRIMARY_STATE_ACTIVE

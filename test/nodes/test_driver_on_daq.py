@@ -238,8 +238,8 @@ def test_the_papers_daq_is_refused_at_2_khz_with_one_sentence(session):
     with DaqServer(Board(USB_6002, CALIBRATION)) as server:
         running = session(on_daq(server, nidaqmx__encoder="hctl2032"))
         assert not change_state(running, Transition.TRANSITION_CONFIGURE)
-        assert "the HCTL-2032 can be read" in running.log("driver")
-        assert "not 2000: give nidaqmx.sample_rate" in running.log("driver")
+        assert "the HCTL-2032 can be read" in running.whole_log("driver")
+        assert "not 2000: give nidaqmx.sample_rate" in running.whole_log("driver")
 
 
 def test_the_papers_daq_gives_a_stiffness_where_the_coil_moves_slowly():

@@ -56,7 +56,7 @@ def test_an_emergency_stop_ends_the_samples_says_why_and_holds_until_the_reset(s
     assert len(join(samples_from_message(block) for block in blocks)) == 1
     count = len(blocks)
     assert not change_state(running, Transition.TRANSITION_ACTIVATE)
-    assert "first call the service reset" in running.log("driver")
+    assert "first call the service reset" in running.whole_log("driver")
     assert change_state(running, Transition.TRANSITION_CLEANUP)
     assert change_state(running, Transition.TRANSITION_CONFIGURE)
     assert not change_state(running, Transition.TRANSITION_ACTIVATE)  # a new device, an old fault

@@ -25,7 +25,6 @@ def alone(name: str) -> NodeProcess:
     return NodeProcess("estimator", name, "/alone", parameters={"estimator": name})
 
 
-@pytest.mark.crowded
 def test_estimators_that_share_a_process_say_bit_for_bit_what_they_say_alone(session):
     running = session(estimators(TOGETHER), *(alone(name) for name in TOGETHER))
     found = {

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Iterator
 
 import numpy as np
 import pytest
@@ -21,9 +22,10 @@ from conftest import (
     driver,
     estimator,
     foreign_process,
+    session_of_a_module,
 )
 from tissue_probe.nodes.qos import ANNOUNCEMENTS, LATCHED, POSES
-from tissue_probe.nodes.session import NodeProcess
+from tissue_probe.nodes.session import NodeProcess, Session
 from tissue_probe.recording.bags.reader import read_recording
 from tissue_probe.recording.errors import RecordingError
 from tissue_probe.signals import Phase
@@ -76,6 +78,13 @@ def test_given_sites_are_palpated_in_their_order_and_left_along_their_normals(se
     assert np.linalg.norm(measured - above, axis=1).min() < 0.0005
 
 
+@pytest.fixture(scope="module")
+def waiting() -> Iterator[Session]:
+    """A scan node that is given no goal that it takes."""
+    with session_of_a_module(NodeProcess("scan", "scan", parameters=SCANNING)) as running:
+        yield running
+
+
 @pytest.mark.parametrize(
     ("goal", "told"),
     [
@@ -100,11 +109,10 @@ def test_given_sites_are_palpated_in_their_order_and_left_along_their_normals(se
         (Explore.Goal(area=area(), most_sites=5, bag="/nowhere.mcap"), "there is no bag"),
     ],
 )
-def test_a_goal_that_makes_no_sense_is_refused_in_a_sentence(session, goal, told):
-    running = session(NodeProcess("scan", "scan", parameters=SCANNING))
+def test_a_goal_that_makes_no_sense_is_refused_in_a_sentence(waiting, goal, told):
     kind, name = (ScanSites, "scan_sites") if hasattr(goal, "sites") else (Explore, "explore")
-    assert not Acting(running, kind, name, goal).handle.accepted
-    running.wait_until(lambda: told in running.log("scan"), "the log")
+    assert not Acting(waiting, kind, name, goal).handle.accepted
+    waiting.wait_until(lambda: told in waiting.whole_log("scan"), "the log")
 
 
 @pytest.mark.crowded
@@ -131,7 +139,6 @@ def test_an_exploration_keeps_to_area_zone_plane_and_budget_and_tells_what_is_op
         assert site.normal.x == pytest.approx(1e-4, rel=0.01)
 
 
-@pytest.mark.crowded
 def test_an_exploration_is_paused_between_sites_goes_on_and_is_cancelled(session):
     running = suite(session)
     wanted = Explore.Goal(area=area(), most_sites=100, probability=0.99999)
@@ -157,9 +164,8 @@ def test_an_exploration_is_paused_between_sites_goes_on_and_is_cancelled(session
     running.wait_until(lambda: poses[-1].pose.position.z > 0.0025, "the probe to be lifted")
 
 
-def test_a_pause_without_a_scan_is_refused(session):
-    running = session(NodeProcess("scan", "scan", parameters=SCANNING))
-    answer = ask(running, SetBool, "/probe/scan/pause", SetBool.Request(data=True))
+def test_a_pause_without_a_scan_is_refused(waiting):
+    answer = ask(waiting, SetBool, "/probe/scan/pause", SetBool.Request(data=True))
     assert not answer.success
     assert answer.message == "no scan is under way"
 
@@ -172,7 +178,6 @@ def short_robot(monkeypatch):
         yield process
 
 
-@pytest.mark.crowded
 @pytest.mark.slow
 def test_a_foreign_robot_that_cannot_reach_a_site_gets_another_one(session, short_robot):
     robot = "/dvrk/PSM1"
@@ -191,7 +196,6 @@ def test_a_foreign_robot_that_cannot_reach_a_site_gets_another_one(session, shor
     assert told["phases"].count(PalpationSite.LIFTED) == begun
 
 
-@pytest.mark.crowded
 def test_an_exploration_goes_on_from_a_bag(session, bag):
     """What was palpated before counts: no first sites are palpated again."""
     running = session(

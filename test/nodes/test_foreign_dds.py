@@ -30,13 +30,12 @@ def foreign():
         yield client
 
 
-@pytest.mark.crowded
 def test_a_foreign_client_receives_every_sample_and_every_estimate(session, foreign):
     running = session(driver(), stage_on_tissue(), estimator("ekf"))
     blocks = collect(running.node, ProbeSamples, "/probe/samples")
     stiffness = collect(running.node, Float64, "/probe/ekf/stiffness")
     # Beside the foreign client nobody listens to measured_cf.
-    running.activate({"/probe/driver": 2})
+    running.activate({"/probe/driver": 2}, {"/probe/ekf": 1})
     running.wait_until(
         lambda: (
             running.node.count_subscribers("/probe/measured_cf") == 1

@@ -47,7 +47,6 @@ def best_effort(monkeypatch) -> None:
     monkeypatch.setenv("BEST_EFFORT", "1")
 
 
-@pytest.mark.crowded
 def test_a_foreign_robot_is_heard_that_publishes_its_poses_best_effort(session, best_effort, robot):
     running = session(
         driver(stage_pose=f"{ROBOT}/measured_cp"),
@@ -59,7 +58,6 @@ def test_a_foreign_robot_is_heard_that_publishes_its_poses_best_effort(session, 
     assert done.status == GoalStatus.STATUS_SUCCEEDED, done.result.message
 
 
-@pytest.mark.crowded
 def test_a_foreign_robot_carries_the_probe_over_the_phantom_and_the_map_is_right(session, robot):
     running = session(
         driver(stage_pose=f"{ROBOT}/measured_cp"),
@@ -102,7 +100,7 @@ def test_the_driver_is_a_crtk_device_too(session):
     running.wait_until(lambda: bool(states), "the driver's state")
     assert (states[-1].state, states[-1].is_busy) == ("DISABLED", False)
     refused = "it knows enable, once configured"
-    say(running, "/probe", "enable", lambda: refused in running.log("driver"))
+    say(running, "/probe", "enable", lambda: refused in running.whole_log("driver"))
     activate(running)
     running.wait_until(lambda: states[-1].state == "ENABLED", "the driver to be active")
     assert states[-1].is_busy
@@ -143,4 +141,4 @@ def test_the_stage_moves_only_while_it_is_enabled(session):
     command(running, "/stage", "resume", "ENABLED")
     ask_for(0.01)
     running.wait_until(lambda: poses[-1].pose.position.x == pytest.approx(0.01), "the motion")
-    say(running, "/stage", "home", lambda: "'home' is no command" in running.log("stage"))
+    say(running, "/stage", "home", lambda: "'home' is no command" in running.whole_log("stage"))

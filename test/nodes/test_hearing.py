@@ -18,13 +18,17 @@ from std_msgs.msg import Bool, String
 from conftest import PATIENT, Scanning, activate, change_state, collect, driver, goal
 from tissue_probe.nodes.hearing import Hearing
 from tissue_probe.nodes.inbox import Inbox
-from tissue_probe.nodes.qos import LATCHED, LATEST, POSES
+from tissue_probe.nodes.qos import LATCHED, POSES
 from tissue_probe.nodes.session import NodeProcess
 from tissue_probe_msgs.msg import ProbeSamples
 
 RELIABLE = QoSProfile(depth=10, reliability=ReliabilityPolicy.RELIABLE)
 #: Kept waiting by a busy machine, the robot of a test may be later than a theatre could allow.
 SCAN_ON_UR = NodeProcess("scan", "scan", parameters={**PATIENT, "robot": "/ur"})
+#: Where the robot is missing, nobody is waited for in vain for longer than this [s].
+HASTY_SCAN = NodeProcess(
+    "scan", "scan", parameters={**PATIENT, "robot": "/ur", "samples_timeout": 3.0}
+)
 
 
 @contextmanager
@@ -38,6 +42,7 @@ def robot(qos: QoSProfile, kind: type = PoseStamped) -> Iterator[None]:
     told.pose.position.z, told.pose.orientation.w = 0.003, 1.0
     setpoints = [told]
     node.create_subscription(PoseStamped, "servo_cp", setpoints.append, qos_profile_sensor_data)
+    node.create_subscription(ProbeSamples, "/probe/samples", lambda block: None, POSES)
     node.create_timer(
         0.01, lambda: poses.publish(setpoints[-1] if kind is PoseStamped else setpoints[-1].pose)
     )
@@ -81,21 +86,22 @@ def test_a_robot_that_comes_back_with_another_quality_is_heard_anew(session):
 
 def test_poses_of_another_type_are_named_by_scan_and_driver(session):
     with robot(RELIABLE, Pose):
-        running = session(driver(stage_pose="/ur/measured_cp"), SCAN_ON_UR)
+        running = session(driver(stage_pose="/ur/measured_cp"), HASTY_SCAN)
         assert change_state(running, Transition.TRANSITION_CONFIGURE)
+        running.wait_for_subscribers({"/probe/driver": 2})  # it has found the scan and the robot
         assert not change_state(running, Transition.TRANSITION_ACTIVATE)
         wrong = (
             "/ur/measured_cp: /ur/robot publishes it as geometry_msgs/msg/Pose, not as "
             "geometry_msgs/msg/PoseStamped"
         )
-        running.wait_until(lambda: wrong in running.log("driver"), "the driver's reason")
+        running.wait_until(lambda: wrong in running.whole_log("driver"), "the driver's reason")
         answer = Scanning(running, goal()).result()
         assert answer.status == GoalStatus.STATUS_ABORTED
         assert f"the robot /ur is not heard on {wrong}" in answer.result.message
 
 
 def test_a_robot_that_is_not_there_is_told_as_that(session):
-    running = session(driver(), SCAN_ON_UR)
+    running = session(driver(), HASTY_SCAN)
     activate(running)
     answer = Scanning(running, goal()).result()
     assert answer.status == GoalStatus.STATUS_ABORTED
@@ -103,7 +109,7 @@ def test_a_robot_that_is_not_there_is_told_as_that(session):
 
 
 def test_poses_that_are_no_places_are_told_as_that(session):
-    running = session(driver(), SCAN_ON_UR)
+    running = session(driver(), HASTY_SCAN)
     activate(running)
     poses = running.node.create_publisher(PoseStamped, "/ur/measured_cp", POSES)
     wrong = PoseStamped()
@@ -127,7 +133,7 @@ def test_an_emergency_stop_that_is_published_best_effort_stops_the_coil(session)
 def test_reliable_delivery_is_asked_for_again_once_it_is_offered_by_all(graph):
     inbox = Inbox(graph.node)
     heard: list = []
-    hearing: Hearing = inbox.subscribe(Bool, "/word", LATEST, lambda word, _: heard.append(word))
+    hearing: Hearing = inbox.subscribe(Bool, "/word", POSES, lambda word, _: heard.append(word))
 
     def asks_for() -> ReliabilityPolicy:
         inbox.empty()

@@ -244,7 +244,7 @@ def test_what_is_no_excitation_is_not_put_back(session):
     for content in ("chirp", '{"kind": "none"}', '{"kind": "chirp", "start": 9, "stop": 9}'):
         loans.publish(String(data=content))
         said = f"is no excitation, and is passed over: {content!r}"
-        running.wait_until(lambda said=said: said in running.log("driver"), "the log")
+        running.wait_until(lambda said=said: said in running.whole_log("driver"), "the log")
     running.node.destroy_publisher(loans)
     assert is_as_found(running, State.PRIMARY_STATE_ACTIVE)
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 
-import pytest
 from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import PoseStamped
 from lifecycle_msgs.msg import State
@@ -138,7 +137,6 @@ class Flood:
                 publisher.publish(message)
 
 
-@pytest.mark.crowded
 def test_a_flood_of_malformed_messages_ends_no_node_and_no_scan(session, bag):
     running = session(
         driver(),
@@ -181,12 +179,11 @@ def test_a_flood_of_malformed_messages_ends_no_node_and_no_scan(session, bag):
     assert state_of(running) == State.PRIMARY_STATE_ACTIVE, faults
     for node, counted in {
         "/probe/driver": "stage poses malformed",
+        "/probe/scan": "messages malformed",
         "/probe/ekf": "messages malformed",
         "/probe/robust_ekf": "messages malformed",
     }.items():
         running.wait_until(lambda n=node, c=counted: counts(n, c, 0), f"the count of {node}")
-    # The scan keeps the latest message only, so that few of the malformed ones reach it, if any.
-    assert "messages malformed" in values_of("/probe/scan")
     # All of them still do what they are for.
     estimated, recorded = len(found), int(values_of("/probe/recorder")["messages recorded"])
     mapped = int(values_of("/probe/mapper")["estimates received"])

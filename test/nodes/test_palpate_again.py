@@ -4,7 +4,7 @@ import numpy as np
 from action_msgs.msg import GoalStatus
 from geometry_msgs.msg import Point
 
-from conftest import PATIENT, STAGE, Acting, activate, driver
+from conftest import PATIENT, Acting, activate, driver
 from tissue_probe.nodes.qos import ANNOUNCEMENTS, LATCHED
 from tissue_probe.nodes.session import NodeProcess
 from tissue_probe_msgs.action import ScanSites
@@ -46,8 +46,8 @@ class MapperWithASlip:
 
 
 def test_given_sites_are_palpated_and_then_beside_the_one_that_alone_feels_an_inclusion(session):
-    scan = NodeProcess("scan", "scan", parameters={**PATIENT, "outliers": 0.01, "speed": 0.1})
-    running = session(driver(), STAGE, scan)
+    scan = NodeProcess("scan", "scan", parameters={**PATIENT, "outliers": 0.01, "speed": 0.3})
+    running = session(driver(), NodeProcess("stage", "stage", "/stage", {"speed": 0.5}), scan)
     MapperWithASlip(running.node)
     activate(running)
     places = [(SPACING * i, SPACING * j) for j in range(4) for i in range(4)]

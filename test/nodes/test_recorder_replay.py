@@ -31,12 +31,12 @@ from conftest import (
     estimator,
     fails_with,
     goal,
-    own_domain,
+    session_of_a_module,
 )
 from tissue_probe.analysis.recorded_facts import estimate_again, find_phantom, node_parameters
 from tissue_probe.estimation import ESTIMATORS
 from tissue_probe.nodes.conversions import estimate_from_message
-from tissue_probe.nodes.session import NodeProcess, Session
+from tissue_probe.nodes.session import NodeProcess
 from tissue_probe.recording.bags.reader import read_estimates, read_map, read_recording
 from tissue_probe.recording.bags.summary import summarize
 from tissue_probe.signals import Phase, TissueEstimates
@@ -56,32 +56,30 @@ def recorder(bag: Path, **parameters: object) -> NodeProcess:
 def recorded(tmp_path_factory) -> Path:
     """A scan of two sites with all estimators and the mapper, recorded by the real recorder."""
     bag = tmp_path_factory.mktemp("recorded") / "run.mcap"
-    with own_domain() as number, pytest.MonkeyPatch.context() as patch:
-        patch.setenv("ROS_DOMAIN_ID", str(number))
-        processes = [
-            SCAN,
-            driver(),
-            STAGE,
-            NodeProcess("estimators", "estimators", parameters={"estimators": TOGETHER}),
-            *(estimator(name) for name in APART),
-            MAPPER,
-            recorder(bag),
-        ]
-        with Session(processes) as running:
-            running.activate(
-                {
-                    "/probe/driver": 1 + len(APART) + 2,  # and the scan and the recorder
-                    # And the driver, the mapper twice, and the recorder.
-                    "/probe/scan": 1 + len(APART) + 4,
-                    **{f"/probe/{name}": 2 for name in ESTIMATORS},
-                },
-                publishers={
-                    "/probe/mapper": len(ESTIMATORS) + 1,  # and the scan
-                    **{f"/probe/{name}": 2 for name in ESTIMATORS},  # the driver and the scan
-                },
-            )
-            assert Scanning(running, goal(dwell_time=0.5)).result().result.sites_visited == 2
-            deactivate(running)
+    processes = [
+        SCAN,
+        driver(),
+        STAGE,
+        NodeProcess("estimators", "estimators", parameters={"estimators": TOGETHER}),
+        *(estimator(name) for name in APART),
+        MAPPER,
+        recorder(bag),
+    ]
+    with session_of_a_module(*processes) as running:
+        running.activate(
+            {
+                "/probe/driver": 1 + len(APART) + 2,  # and the scan and the recorder
+                # And the driver, the mapper twice, and the recorder.
+                "/probe/scan": 1 + len(APART) + 4,
+                **{f"/probe/{name}": 2 for name in ESTIMATORS},
+            },
+            publishers={
+                "/probe/mapper": len(ESTIMATORS) + 1,  # and the scan
+                **{f"/probe/{name}": 2 for name in ESTIMATORS},  # the driver and the scan
+            },
+        )
+        assert Scanning(running, goal(dwell_time=0.5)).result().result.sites_visited == 2
+        deactivate(running)
     return bag
 
 

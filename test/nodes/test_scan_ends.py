@@ -106,13 +106,23 @@ def test_a_fault_that_nobody_foresaw_lifts_the_probe_and_is_told(session, where)
         process.wait()
 
 
-def test_a_pose_that_is_no_number_is_left_out(session):
-    running = session(driver(), STAGE, SCAN)
+def test_a_pose_that_is_no_number_is_left_out_and_hides_none_before_it(session):
+    """The robot is the test's own: it is at once where it is sent to, and sends poses in pairs."""
+    running = session(driver(), SCAN)
     activate(running)
     poses = running.node.create_publisher(PoseStamped, "/stage/measured_cp", POSES)
-    wrong = PoseStamped()
-    wrong.pose.position.z = float("nan")
-    running.node.create_timer(0.005, lambda: poses.publish(wrong))
+    right, wrong = PoseStamped(), PoseStamped()
+    right.pose.position.z, wrong.pose.position.z = 0.01, float("nan")
+
+    def follow(setpoint: PoseStamped) -> None:
+        right.pose = setpoint.pose
+
+    def show() -> None:
+        poses.publish(right)
+        poses.publish(wrong)
+
+    running.node.create_subscription(PoseStamped, "/stage/servo_cp", follow, POSES)
+    running.node.create_timer(0.01, show)
     answer = Scanning(running, goal()).result()
     assert answer.status == GoalStatus.STATUS_SUCCEEDED, answer.result.message
     assert answer.result.sites_visited == 2
@@ -124,7 +134,8 @@ SLOW = {"samples_timeout": 10.0, "speed": 0.005}
 
 @pytest.mark.parametrize("phase", ["approach", "dwell", "lift"])
 def test_a_robot_that_falls_silent_ends_the_scan_and_the_site_does_not_count(session, phase):
-    running = session(driver(), STAGE, NodeProcess("scan", "scan", parameters=SLOW))
+    watching = driver(limits__palpation_timeout=2.0)
+    running = session(watching, STAGE, NodeProcess("scan", "scan", parameters=SLOW))
     activate(running)
     poses = collect(running.node, PoseStamped, "/stage/measured_cp", POSES)
     faults = collect(running.node, String, "/probe/fault", LATCHED)

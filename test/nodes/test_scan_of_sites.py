@@ -66,7 +66,7 @@ def test_only_the_sites_asked_for_are_palpated_and_without_a_map_nothing_is_know
 def test_sites_that_the_grid_does_not_have_or_that_come_twice_are_refused(session, sites, told):
     running = session(SCAN)
     assert not Scanning(running, goal_of(sites)).handle.accepted
-    running.wait_until(lambda: told in running.log("scan"), "the log")
+    running.wait_until(lambda: told in running.whole_log("scan"), "the log")
 
 
 class MapperOfFourSites:

@@ -22,8 +22,8 @@ def test_the_stage_refuses_a_setpoint_below_its_workspace(session):
         setpoints.publish(setpoint)
 
     ask_for(0.01, -0.0021)
-    running.wait_until(lambda: "refused" in running.log("stage"), "the log")
-    assert "z = -2.10 mm is refused: the workspace ends at -2.00 mm" in running.log("stage")
+    running.wait_until(lambda: "refused" in running.whole_log("stage"), "the log")
+    assert "z = -2.10 mm is refused: the workspace ends at -2.00 mm" in running.whole_log("stage")
     # What comes after is followed, so what was refused is seen not to have been.
     ask_for(0.0, -0.0019)
     running.wait_until(lambda: poses[-1].pose.position.z == pytest.approx(-0.0019), "the motion")

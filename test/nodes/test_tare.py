@@ -112,4 +112,6 @@ def test_a_wrong_calibration_file_is_told_when_the_driver_is_configured(session,
     (tmp_path / "probe.yaml").write_text("force_per_volt: 2.0\n")
     running = session(driver(calibration_file=str(tmp_path / "probe.yaml")))
     assert not change_state(running, Transition.TRANSITION_CONFIGURE)
-    running.wait_until(lambda: "probe.yaml: date is missing" in running.log("driver"), "its reason")
+    running.wait_until(
+        lambda: "probe.yaml: date is missing" in running.whole_log("driver"), "its reason"
+    )

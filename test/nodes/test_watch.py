@@ -87,7 +87,6 @@ def listener(process) -> int:
     return int(found.split()[0])
 
 
-@pytest.mark.crowded
 def test_pages_hear_samples_estimates_and_faults_and_command_the_driver(session, tmp_path):
     running = session(driver(), stage_on_tissue(), estimator("robust_ekf"))
 
@@ -111,7 +110,6 @@ def test_pages_hear_samples_estimates_and_faults_and_command_the_driver(session,
     del running
 
 
-@pytest.mark.crowded
 def test_a_listener_that_is_stopped_costs_no_node_a_sample(session, tmp_path):
     running = session(driver(), stage_on_tissue(), estimator("robust_ekf"))
     activate(running)

@@ -11,11 +11,8 @@ SAMPLE_BLOCKS = QoSProfile(depth=1000, reliability=ReliabilityPolicy.RELIABLE)
 #: One message a sample: one second at 2 kHz.
 PER_SAMPLE = QoSProfile(depth=2000, reliability=ReliabilityPolicy.RELIABLE)
 
-#: Poses of a stage or robot, of which only the latest matters.
+#: Poses and states of a stage or robot: only the latest matters, but that may be no number.
 POSES = QoSProfile(depth=10, reliability=ReliabilityPolicy.RELIABLE)
-
-#: Where only the newest message counts.
-LATEST = QoSProfile(depth=1, reliability=ReliabilityPolicy.RELIABLE)
 
 #: For messages that a late joiner must still learn: the map.
 LATCHED = QoSProfile(

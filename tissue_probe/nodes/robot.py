@@ -20,7 +20,7 @@ from tissue_probe.nodes.crtk import ENABLED, STATES
 from tissue_probe.nodes.inbox import Inbox
 from tissue_probe.nodes.other_scans import are_known, other_scans
 from tissue_probe.nodes.own_time import OwnTime
-from tissue_probe.nodes.qos import LATEST, POSES
+from tissue_probe.nodes.qos import POSES
 from tissue_probe.pacing import Pacer
 from tissue_probe.settings import setting
 from tissue_probe.signals import FloatArray
@@ -88,11 +88,12 @@ class Robot:
         self._on_step = on_step
         self._inbox = inbox
         self._setpoints = node.create_publisher(PoseStamped, f"{self.name}/servo_cp", POSES)
-        # Only the latest of each counts, and of the poses when it came: a clock of the robot's own
-        # may be wrong, and a pose that waits here is new.
+        # Only the latest of each that can be used counts: one that cannot must not push it out. Of
+        # a pose counts when it came: a clock of the robot's own may be wrong, and a pose that waits
+        # here is new.
         poses, states = f"{self.name}/measured_cp", f"{self.name}/operating_state"
-        self._poses = inbox.subscribe(PoseStamped, poses, LATEST, self._on_pose)
-        self._states = inbox.subscribe(OperatingState, states, LATEST, self._on_state)
+        self._poses = inbox.subscribe(PoseStamped, poses, POSES, self._on_pose)
+        self._states = inbox.subscribe(OperatingState, states, POSES, self._on_state)
         self._state: OperatingState | None = None
         self.malformed = 0
         self.forget()

@@ -16,8 +16,8 @@ from tissue_probe.nodes.shedding import Shedding
 from tissue_probe.signals import NANOSECONDS, SampleBlock
 from tissue_probe_msgs.msg import ProbeSamples
 
-#: Longest wait for the last blocks to reach everyone. Blocks that a busy machine lost on the way
-#: are sent again after the next of DDS's heartbeats, by default 3 s apart.
+#: Longest wait for the last blocks to reach everyone. Who has them says so at the next of DDS's
+#: heartbeats, and lost ones are sent again then: by default 3 s apart, 0.1 s by discovery.xml.
 LONGEST_DELIVERY = Duration(seconds=5)
 
 

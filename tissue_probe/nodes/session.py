@@ -274,9 +274,13 @@ class Session:
             if time.monotonic() > deadline:
                 raise SessionError(f"waited {timeout:g} s in vain for {what}")
 
+    def whole_log(self, name: str) -> str:
+        """Return all that a process has written."""
+        return (Path(self._logs.name) / name).read_text(errors="replace")
+
     def log(self, name: str) -> str:
         """Return the last line that a process wrote, or the last lines of a traceback."""
-        lines = (Path(self._logs.name) / name).read_text(errors="replace").strip().splitlines()
+        lines = self.whole_log(name).strip().splitlines()
         is_traceback = any(line.startswith("Traceback") for line in lines)
         return "\n".join(lines[-12:] if is_traceback else lines[-1:]) or "it said nothing"
 
