@@ -18,7 +18,7 @@ from closed_forms import (
 )
 
 from tissue_probe.challenge.change import Situation
-from tissue_probe.challenge.mechanical import MECHANICAL
+from tissue_probe.challenge.mechanical import MECHANICAL, ONLY_BY_NAME
 from tissue_probe.challenge.specimen import Specimen
 
 UNDAMPED = Specimen(load_cell_damping=0.0)
@@ -60,7 +60,7 @@ def test_a_curved_branch_that_never_yields_is_a_second_spring_of_the_same_law(la
 def test_fluid_in_pores_leaves_the_published_part_of_a_force(seed):
     """Held after a quick pressing, against the function of Hu et al. (2010) itself."""
     at = Situation(MASSLESS, AMPLITUDE, 0.0, 2.0, 60.0)
-    hidden = MECHANICAL["poroelastic_relaxation"].make(0.8, at, np.random.default_rng(seed))
+    hidden = ONLY_BY_NAME["poroelastic_relaxation"].make(0.8, at, np.random.default_rng(seed))
     own = hidden.specimen
     stiffness, rates = np.array(own["branch_stiffness"]), np.array(own["branch_rate"])
     last = stiffness[-1] / 0.8e3

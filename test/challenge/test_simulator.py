@@ -10,6 +10,7 @@ import pytest
 
 from tissue_probe.challenge import make_challenge, series
 from tissue_probe.challenge.kelvin_voigt import fit_residual
+from tissue_probe.challenge.mechanical import ONLY_BY_NAME
 from tissue_probe.challenge.record import follow
 from tissue_probe.challenge.series import SHARES, all_show, deal, make_series
 from tissue_probe.challenge.simulator import LIBRARY, SIMULATED_EFFECTS, HiddenTruth
@@ -220,8 +221,11 @@ def test_a_mixture_has_every_kind():
     assert np.mean([len(effects) == 2 for effects in dealt]) == pytest.approx(0.15, abs=0.05)
     assert np.mean([not effects for effects in dealt]) == pytest.approx(0.1, abs=0.05)
     assert {name for effects in dealt for name in effects} >= {
-        name for name, effect in SIMULATED_EFFECTS.items() if not effect.beside
+        name
+        for name, effect in SIMULATED_EFFECTS.items()
+        if not effect.beside and name not in ONLY_BY_NAME
     }
+    assert ONLY_BY_NAME.keys().isdisjoint(name for effects in dealt for name in effects)
     assert sum(SHARES.values()) == pytest.approx(1.0)
 
 

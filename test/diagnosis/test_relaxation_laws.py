@@ -15,7 +15,7 @@ MASSLESS = Instrument(RIGID_PROBE, RIGID_PROBE.known | {"tip_mass": (0.0, 0.0)})
 NOISE = 4e-3
 RATES = np.array([1.0 / 40.0, 1.0 / 5.0, 1.5])
 LIBRARY = {
-    name: EFFECTS[name]
+    name: EFFECTS[name].with_odds(1.0)
     for name in (
         *("standard_linear_solid", "generalized_maxwell", "quasi_linear_relaxation"),
         "poroelastic_relaxation",
@@ -81,15 +81,16 @@ def draining(law, rate, seed):
     return Measurement(position, force, 0.1, at_rest=True)
 
 
+def under_sphere(time):
+    return 0.491 * np.exp(-0.908 * np.sqrt(time)) + 0.509 * np.exp(-1.679 * time)
+
+
+def under_punch(time):
+    return 1.304 * np.exp(-np.sqrt(time)) - 0.304 * np.exp(-0.254 * time)
+
+
 @pytest.mark.parametrize("rate", [0.05, 0.2])
-@pytest.mark.parametrize(
-    "law",
-    [
-        lambda T: 0.491 * np.exp(-0.908 * np.sqrt(T)) + 0.509 * np.exp(-1.679 * T),
-        lambda T: 1.304 * np.exp(-np.sqrt(T)) - 0.304 * np.exp(-0.254 * T),
-    ],
-    ids=["sphere", "punch"],
-)
+@pytest.mark.parametrize("law", [under_sphere, under_punch])
 def test_fluid_that_flows_away_is_named_and_carries_over(law, rate):
     records = [draining(law, rate, seed) for seed in (1, 2)]
     library = {**LIBRARY, "springpot": EFFECTS["springpot"]}
@@ -99,3 +100,12 @@ def test_fluid_that_flows_away_is_named_and_carries_over(law, rate):
     assert found.heldout(final) < 1.1 * NOISE
     assert final.named()["diffusion_rate"] == pytest.approx(rate, rel=0.05)
     assert final.named()["fluid_stiffness"] == pytest.approx(1200.0, rel=0.03)
+
+
+def test_fluid_is_tried_only_where_somebody_asks_for_it():
+    record = draining(under_sphere, 0.2, 1)
+    own = {**LIBRARY, "poroelastic_relaxation": EFFECTS["poroelastic_relaxation"]}
+    question = Composition("rigid_probe"), [record], MASSLESS, own
+    assert diagnose(*question).effects == ("generalized_maxwell",)
+    added = diagnose(*question, wanted=["poroelastic_relaxation"])
+    assert (added.verdict, added.effects) == ("missing", ("poroelastic_relaxation",))

@@ -312,7 +312,6 @@ MECHANICAL: dict[str, HiddenEffect] = {
             "saturating_spring",
         ),
     ),
-    "poroelastic_relaxation": HiddenEffect("relaxation", _poroelastic_relaxation, 3e-3, 0.5, 10.0),
     "cubic_stiffening": HiddenEffect("stiffening", _cubic_stiffening, 1e-3, 0.3, 10.0),
     "exponential_stiffening": HiddenEffect("stiffening", _exponential_stiffening, 1e-3, 0.5, 3.0),
     "hertz_contact": HiddenEffect("stiffening", _hertz_contact, 0.1, 0.5, 1.5, sets_preload=True),
@@ -339,4 +338,9 @@ MECHANICAL: dict[str, HiddenEffect] = {
     "stiffness_step": HiddenEffect("time-varying", _stiffness_step, 1e-3, 0.2, 0.8),
     "stiffness_ramp": HiddenEffect("time-varying", _stiffness_ramp, 1e-3, 0.2, 0.8),
 }
-"""Effects of the library that lie in the mechanics, by name."""
+"""Effects of the library that lie in the mechanics, by name: those that a diagnosis tries."""
+
+ONLY_BY_NAME: dict[str, HiddenEffect] = {
+    "poroelastic_relaxation": HiddenEffect("relaxation", _poroelastic_relaxation, 3e-3, 0.5, 10.0),
+}
+"""Those that a diagnosis tries only where it is asked to, and that no series hides by itself."""

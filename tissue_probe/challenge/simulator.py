@@ -22,7 +22,7 @@ from tissue_probe.challenge.instrument import (
 )
 from tissue_probe.challenge.instrumental import INSTRUMENTAL, SPOILING_EFFECTS
 from tissue_probe.challenge.measured_motion import Measured
-from tissue_probe.challenge.mechanical import MECHANICAL
+from tissue_probe.challenge.mechanical import MECHANICAL, ONLY_BY_NAME
 from tissue_probe.challenge.outside import OUTSIDE
 from tissue_probe.challenge.specimen import Specimen
 from tissue_probe.challenge.strength import Hidden, hide
@@ -34,7 +34,12 @@ from tissue_probe.signals import FloatArray
 LIBRARY: dict[str, HiddenEffect] = {**MECHANICAL, **INSTRUMENTAL}
 """Effects that a diagnosis should name."""
 
-SIMULATED_EFFECTS: dict[str, HiddenEffect] = {**LIBRARY, **OUTSIDE, **SPOILING_EFFECTS}
+SIMULATED_EFFECTS: dict[str, HiddenEffect] = {
+    **LIBRARY,
+    **ONLY_BY_NAME,
+    **OUTSIDE,
+    **SPOILING_EFFECTS,
+}
 """Everything that can be hidden, by name."""
 
 Rig = Literal["exact", "tolerant"]

@@ -17,4 +17,5 @@ def effects() -> None:
         if each.family != family:
             family = each.family
             print(f"{family}:")
-        print(f"  {each.name:{width}}  {each.physics}")
+        asked = "" if each.odds else f" (tried only with --prior {each.name}=1 or --add)"
+        print(f"  {each.name:{width}}  {each.physics}{asked}")

@@ -120,7 +120,7 @@ def _admit_effects(
     """Return the effects that act on something that the rig has, and that can be told.
 
     Parts of a run tell by how much they differ; a place of touch that is free is a constant of the
-    force as well.
+    force as well. Effects without odds are those that nobody asks for.
     """
     runs = [each.run for each in measurements if each.run]
     parts = len(runs) > len(set(runs))
@@ -129,6 +129,7 @@ def _admit_effects(
         name: each
         for name, each in library.items()
         if composition.rig.admits(each)
+        and each.odds
         and (parts or not each.of_part)
         and (heard or not each.hears_input2)
         and not (each.absolute and slowest_wave(each) > fastest_shown(measurements))

@@ -111,7 +111,7 @@ def library_of_size(
         if effect.absolute and scale.time != USUAL.time:
             if name in wanted:
                 found[name] = effect
-        elif (own := EFFECTS.get(name)) == effect.with_odds(1.0):
+        elif (own := EFFECTS.get(name)) and own.with_odds(effect.odds) == effect:
             found[name] = resize_effect(own, scale).with_odds(effect.odds)
         else:
             try:

@@ -220,9 +220,9 @@ def prior(effects: Sequence[Effect]) -> float:
     """Return the logarithm of the odds of effects before anything is measured, against none.
 
     One of all effects of the library is missing as likely as none is; a second one is seldom
-    missing beside it.
+    missing beside it. An effect without odds is in a model because somebody asked for it.
     """
-    told = sum(np.log(each.odds / library_size()) for each in effects)
+    told = sum(np.log((each.odds or 1.0) / library_size()) for each in effects)
     return float(told) - SECOND * max(len(effects) - 1, 0)
 
 

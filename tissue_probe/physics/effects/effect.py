@@ -194,7 +194,7 @@ class Effect:
         is a copy of.
     odds : float
         How many times as likely it is missing as any other of the library, before anything is
-        measured.
+        measured. 0: it is tried only where it is asked for, by its name or by odds of its own.
     assumptions, reference : str
         Where it holds, and where it comes from.
     says : str

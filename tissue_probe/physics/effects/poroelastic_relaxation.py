@@ -13,6 +13,10 @@ under a cone it is that of a sphere at 0.807 T, to 0.001; and under a flat punch
 As a differential equation, g is a sum of exponentials of fixed weights and rates, so that the law
 has two numbers, K and D / a^2. K / k is 1 - 2 n, with n Poisson's ratio of the tissue after its
 fluid has moved.
+
+It is tried only where it is asked for. A time of diffusion is 0.1 s to a month: D is 1e-11 to 1e-9
+m^2/s in gels and tissues, and a is 10 um to 5 mm. Most recordings last seconds, under tips of
+millimetres: their fluid has no time to flow, and the relaxation in them is another one.
 """
 
 from collections.abc import Mapping
@@ -44,10 +48,6 @@ _OF_PUNCH = (
     (0.1473, 17.063),
     (0.07178, 105.19),
 )
-#: A time of diffusion is 0.1 s to a month: D is 1e-11 to 1e-9 m^2/s in gels and tissues, and a is
-#: 10 um to 5 mm. Most recordings last seconds, under tips of millimetres: their fluid has no time
-#: to flow, and they see other relaxation.
-ODDS = 0.01
 FLUID_BRANCHES = sp.symbols(f"fluid_branch_1:{len(_OF_SPHERE) + 1}", real=True)
 
 
@@ -96,7 +96,7 @@ def _form(kernel: Kernel, assumptions: str, forms: tuple[Effect, ...] = ()) -> E
         starts=starts,
         near=near,
         forms=forms,
-        odds=ODDS,
+        odds=0.0,
         excludes=(
             *("standard_linear_solid", "generalized_maxwell", "springpot"),
             "quasi_linear_relaxation",
