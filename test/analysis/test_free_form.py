@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 import tissue_probe as tp
+from tissue_probe.analysis.passing import from_bytes, to_bytes
 from tissue_probe.errors import ParameterError
 from tissue_probe.physics.effects import EFFECTS
 
@@ -52,6 +53,32 @@ def test_the_variables_of_an_unexplained_force_are_told(unexplained):
     assert shape["variables"] == ["velocity"]
     assert shape["formula"]["formula"] == "c * sign(velocity) * abs(velocity / 0.1)**a"
     assert len(shape["curve"]["grid"]) == len(shape["curve"]["value"]) == len(shape["curve"]["sd"])
+
+
+@pytest.mark.drawn
+def test_report_and_page_draw_the_shape(unexplained, tmp_path):
+    assert unexplained.draw_shape().startswith("<svg")
+    unexplained.report(tmp_path / "report.html")
+    page = (tmp_path / "report.html").read_text(encoding="utf-8")
+    assert page.count("Shape of the missing force") == 1
+    shape = unexplained.found.shape
+    without, with_it = (1e3 * fit.heldout_rmse for fit in (shape.fit, shape.as_effect.fit))
+    assert f"{without:.3g} mN without the shape, {with_it:.3g} mN with it" in page
+
+
+def test_a_learnt_shape_goes_to_a_process_that_has_not_its_effect(unexplained):
+    again = from_bytes(to_bytes(unexplained))
+    assert again.found.shape.as_effect.fit.composition.names == ("free_form",)
+    one, other = (each.found.shape.curve.value for each in (again, unexplained))
+    np.testing.assert_array_equal(one, other)
+
+
+@pytest.mark.drawn
+def test_where_nothing_is_missing_no_shape_is_drawn(tmp_path):
+    adequate = tp.diagnose(record(0, drag=0.0), **ASKED)
+    assert adequate.draw_shape() is None
+    adequate.report(tmp_path / "report.html")
+    assert "Shape of the missing force" not in (tmp_path / "report.html").read_text("utf-8")
 
 
 @pytest.mark.drawn

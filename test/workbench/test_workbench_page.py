@@ -315,6 +315,30 @@ def test_a_second_input_is_named_by_its_column_and_found_missing(open_page, tmp_
         page.close()
 
 
+def test_the_shape_of_a_force_that_no_law_explains_is_drawn(open_page, tmp_path):
+    rate = 1000.0
+    time_s = np.arange(3000) / rate
+    random_start = np.random.default_rng(0).uniform(0.0, 2.0 * np.pi, 12)
+    angle = np.multiply.outer(time_s, 2.0 * np.pi * np.linspace(1.0, 23.0, 12)) + random_start
+    depth = 3e-4 * np.sin(angle).sum(axis=1)
+    noise = 5e-3 * np.random.default_rng(1).standard_normal(time_s.size)
+    wavy = 0.05 * np.sin(depth / 2e-4)
+    force_n = 400.0 * depth + 4.0 * rate * np.gradient(depth) + wavy + noise
+    recorded = tmp_path / "wavy.csv"
+    header = "time_s,position_m,force_N"
+    table = np.column_stack([time_s, depth, force_n])
+    np.savetxt(recorded, table, delimiter=",", header=header, comments="")
+    rig = ("--rig", "rigid_probe", "--constant", "tip_mass=0", "--starts", "moving")
+    with serving(tmp_path, recorded, "--force-polarity", "compression", *rig) as server:
+        page = open_page(server.address)
+        rungs_there(page)
+        page.keyboard.press("r")
+        page.wait_for_selector("img.shape")
+        assert page.evaluate("document.querySelector('img.shape').naturalWidth") > 100
+        assert "a function of the indentation" in page.inner_text(".verdict")
+        page.close()
+
+
 def test_on_a_telephone_nothing_is_cut_small_or_out_of_reach(examples, open_page):
     page = open_page(examples.address, (390, 844))
     rungs_there(page)

@@ -209,6 +209,13 @@ class DiagnosisResult(Alike):
         told = self._answer(compared.fit) if compared else self.answer
         return told.model_dump(mode="json")
 
+    def draw_shape(self) -> str | None:
+        """Draw the shape of the missing force as an SVG element; None where none is claimed."""
+        from tissue_probe.figures.shape import write_shape_picture
+
+        found = self.found.shape
+        return write_shape_picture(found.curve) if found and found.curve else None
+
     def plot(self) -> Figure:
         """Draw the diagnosis on one page: where the model fails, the ranking, the ladder."""
         from tissue_probe.analysis.kept_files import story

@@ -1,7 +1,8 @@
 """A result as bytes, for another process of the same program on the same machine.
 
 Machine code cannot be copied, and the symbols of an effect need not be: a model goes by the names
-of its parts, and the reader finds its own.
+of its parts, and the reader finds its own. An effect that only one process knows, such as a learnt
+shape, goes as it is.
 """
 
 from __future__ import annotations
@@ -49,7 +50,7 @@ def from_bytes(data: bytes, effects: Sequence[str | Path] = ()) -> Any:
     EffectError
         If a file of effects cannot be used.
     KeyError
-        If it holds an effect of a file that is not named.
+        If it holds an effect of a file that is not named, which cannot go as it is.
     """
     return _Reader(io.BytesIO(data), effects).load()
 
@@ -57,6 +58,19 @@ def from_bytes(data: bytes, effects: Sequence[str | Path] = ()) -> Any:
 @cache
 def _write_effect(effect: Effect) -> str:
     return repr(effect.plain)
+
+
+@cache
+def _copy_effect(effect: Effect) -> bytes | None:
+    """Return an effect as it is; None of one of the library, or where it holds a local function."""
+    from tissue_probe.physics.effects import EFFECTS
+
+    if effect.name in EFFECTS:
+        return None
+    try:
+        return pickle.dumps(effect)
+    except (AttributeError, TypeError, pickle.PicklingError):
+        return None
 
 
 class _Writer(pickle.Pickler):
@@ -80,9 +94,10 @@ class _Writer(pickle.Pickler):
         return None
 
     @staticmethod
-    def _name_effect(effect: Effect) -> tuple[str, str | None, Scale]:
+    def _name_effect(effect: Effect) -> tuple[str, str | None, Scale, bytes | None]:
         as_written = effect.origin or effect
-        return effect.name, None if effect.forms else _write_effect(as_written), effect.scale
+        written = None if effect.forms else _write_effect(as_written)
+        return effect.name, written, effect.scale, _copy_effect(as_written)
 
 
 class _Reader(pickle.Unpickler):
@@ -105,17 +120,24 @@ class _Reader(pickle.Unpickler):
             found = found.plus(self._effect(*each))
         return found
 
-    def _effect(self, name: str, written: str | None, scale: Scale) -> Effect:
+    def _effect(self, name: str, written: str | None, scale: Scale, copy: bytes | None) -> Effect:
         if not scale.is_usual:
             from tissue_probe.physics.effect_scale import resize_effect
 
-            return resize_effect(self._effect(name, written, USUAL), scale)
-        known = _library(self._files)[name]
-        if written is None:
+            return resize_effect(self._effect(name, written, USUAL, copy), scale)
+        known = _library(self._files).get(name)
+        if known is not None and written is None:
             return known
-        if not known.forms and _write_effect(known) == written:
+        if known is not None and not known.forms and _write_effect(known) == written:
             return known
-        return next(form for form in known.every_form if _write_effect(form) == written)
+        forms = known.every_form if known is not None else ()
+        found = next((form for form in forms if _write_effect(form) == written), None)
+        if found is not None:
+            return found
+        if copy is None:
+            raise KeyError(name)
+        own: Effect = pickle.loads(copy)
+        return own
 
 
 _libraries: dict[tuple[tuple[Path, int], ...], dict[str, Effect]] = {}

@@ -1,9 +1,11 @@
 """The shape of a missing force as a picture: a curve with its band, or a surface.
 
-Contents: how a learnt function looks.
+Contents: how a learnt function looks, and that as text for a page.
 """
 
 from __future__ import annotations
+
+import io
 
 import numpy as np
 from matplotlib.figure import Figure
@@ -45,3 +47,11 @@ def draw_shape(curve: Curve) -> Figure:
         drawn = axes.pcolormesh(times * curve.grid[0], by * curve.grid[1], shown, cmap="RdBu_r")
         figure.colorbar(drawn, label="missing force [mN]; white: never visited")
     return figure
+
+
+def write_shape_picture(curve: Curve) -> str:
+    """Return the drawn function as an SVG element, for a page of HTML."""
+    file = io.StringIO()
+    draw_shape(curve).savefig(file, format="svg")
+    written = file.getvalue()
+    return written[written.index("<svg") :]

@@ -196,6 +196,23 @@ class ReportSymbol:
 
 
 @dataclass(frozen=True)
+class ReportShape:
+    """The learnt shape of a force that no law explains.
+
+    Parameters
+    ----------
+    picture : str
+        The function with its band, or a surface (SVG).
+    heldout_without, heldout_with : float
+        Error on held-out data of the model that it was learnt beside, and with the shape.
+    """
+
+    picture: str
+    heldout_without: float
+    heldout_with: float
+
+
+@dataclass(frozen=True)
 class Report:
     """All that a report says.
 
@@ -243,6 +260,8 @@ class Report:
         Of the last model's equations.
     correlations : tuple of (str, str, float)
         Pairs of values of the last model, by their symbols, whose errors go together most.
+    shape : ReportShape or None
+        The shape of the missing force; None where none is claimed.
     """
 
     title: str
@@ -267,6 +286,7 @@ class Report:
     command: str = ""
     symbols: tuple[ReportSymbol, ...] = ()
     correlations: tuple[tuple[str, str, float], ...] = ()
+    shape: ReportShape | None = None
 
     def __post_init__(self) -> None:
         if not self.steps:

@@ -57,13 +57,15 @@ class Rung:
 class Ranking:
     """Effects beside one rung: those told so far, and the diagnosis when it has ended.
 
-    ``kept`` is the folder of each effect's prediction.
+    ``shape`` is the picture of the missing force's shape, if one is claimed; ``kept`` the folder of
+    each effect's prediction.
     """
 
     rung: int
     told: dict[str, ErrorsMessage] = field(default_factory=dict)
     result: DiagnosisResult | None = None
     answer: dict[str, Any] = field(default_factory=dict)
+    shape: str | None = None
     kept: TemporaryDirectory[str] = field(default_factory=TemporaryDirectory)
 
     def of(self, rung: Rung, effect: str) -> Fit | None:
@@ -370,6 +372,7 @@ class Desk:
         try:
             ranking.result = await self._do("effects are tried", "rank", arguments, hear)
             ranking.answer = ranking.result.to_dict()
+            ranking.shape = ranking.result.draw_shape()
         except RequestRefused:
             if not ranking.told and self.ranking is ranking:
                 self.ranking = None

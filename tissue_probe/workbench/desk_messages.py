@@ -199,6 +199,7 @@ def _describe_ranking(ranking: Ranking | None) -> RankingMessage | None:
             "done": True,
             "answer": cast(AnswerMessage, ranking.answer),
             "text": result.text,
+            "shape": ranking.shape,
             "converged": result.converged,
             "physics": {row["effect"]: row["physics"] for row in _physics(ranking)},
             "rivals": list(result.rivals),

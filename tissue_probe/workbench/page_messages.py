@@ -175,6 +175,7 @@ class RankingMessage(TypedDict):
     physics: NotRequired[Mapping[str, str]]
     rivals: NotRequired[Sequence[str]]
     settings: NotRequired[Mapping[str, str]]
+    shape: NotRequired[str | None]
 
 
 class JobMessage(TypedDict):

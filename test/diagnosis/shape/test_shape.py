@@ -1,5 +1,6 @@
 """On what a missing force depends: the right variables, the curve, and when nothing is claimed."""
 
+import pickle
 import re
 import sys
 
@@ -114,6 +115,8 @@ def test_a_wave_is_found_by_symbolic_regression(tmp_path):
     assert abs(strength.value) == pytest.approx(0.05, rel=0.03)
     (frequency,) = re.findall(r"sin\(([0-9.]+)\*a\*indentation\)", written)
     assert float(frequency) * stretch.value == pytest.approx(5000.0, rel=0.01)
+    # Processes hand it to one another.
+    assert pickle.loads(pickle.dumps(found.formula)).text == written
     path = tmp_path / "my_effect.py"
     path.write_text(effect_text(found), encoding="utf-8")
     assert [each.name for each in effects([path])[NAME].parameters] == [

@@ -122,7 +122,7 @@ def _of_formula(formula: Formula) -> str:
     symbol = {"indentation": "INDENTATION", "velocity": "TIP_VELOCITY"}[formula.signal]
     words = {"abs": "Abs", "max": "Max"}
     written = re.sub(
-        r"\b([a-z]+)\(", lambda word: f"sp.{words.get(word[1], word[1])}(", formula.form.text
+        r"\b([a-z]+)\(", lambda word: f"sp.{words.get(word[1], word[1])}(", formula.written
     )
     # A power's slope by its exponent has no value at 0.
     written = re.sub(r"sp\.Abs\((s / [0-9.]+)\)\*\*", r"sp.Max(sp.Abs(\1), 1e-9)**", written)

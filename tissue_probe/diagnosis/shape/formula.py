@@ -44,8 +44,10 @@ class Formula:
 
     Attributes
     ----------
-    form : Form
-        Its law.
+    name : str
+        Of its form.
+    written : str
+        Its form in Python's words, of ``s``, ``c`` and ``a``.
     signal : str
         The signal that it is a function of.
     constants : tuple of FormConstant
@@ -56,21 +58,17 @@ class Formula:
         Names of other forms within the noise.
     """
 
-    form: Form
+    name: str
+    written: str
     signal: str
     constants: tuple[FormConstant, ...]
     probability: float
     rivals: tuple[str, ...]
 
     @property
-    def name(self) -> str:
-        """The name of its form."""
-        return self.form.name
-
-    @property
     def text(self) -> str:
         """The formula with its signal's name."""
-        return re.sub(r"\bs\b", self.signal, self.form.text)
+        return re.sub(r"\bs\b", self.signal, self.written)
 
 
 @dataclass(frozen=True, eq=False)
@@ -123,7 +121,14 @@ def _choose_form(
     first = int(np.argmax(shares))
     rivals = [each.form.name for n, each in enumerate(good) if n != first]
     best = good[first]
-    return Formula(best.form, signal, _constants(best, signal), float(shares[first]), tuple(rivals))
+    return Formula(
+        best.form.name,
+        best.form.text,
+        signal,
+        _constants(best, signal),
+        float(shares[first]),
+        tuple(rivals),
+    )
 
 
 def _criterion(tried: _Tried, samples: int) -> float:

@@ -89,6 +89,7 @@ function heading(ranking, base, running) {
     h("div", { class: "row spread" }, h("h2", {}, `Beside ${base.title}`), begin),
     !ranking && h("p", { class: "soft" }, "Every effect of the library is added to the last model of the ladder and fitted. The best is named if it explains the error, and if no other explains it as well."),
     answer && h("div", { class: "verdict" }, verdict(answer.sentences).map((line) => h("p", {}, line))),
+    ranking?.shape && h("img", { class: "shape", alt: "The missing force over the variables that it depends on", src: `data:image/svg+xml,${encodeURIComponent(ranking.shape)}` }),
     named.length > 1 && answer?.verdict === "missing" &&
       h("button", { type: "button", "data-key": "all", onclick: () => add(named) }, `Add ${named.map(worded).join(" and ")}`),
     ranking?.done && needDesk().second === null && h("div", { class: "row" },

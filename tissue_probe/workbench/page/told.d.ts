@@ -262,6 +262,7 @@ export interface RankingMessage {
   physics?: Record<string, string>;
   rivals?: string[];
   settings?: Record<string, string>;
+  shape?: string | null;
 }
 
 export interface RegionMessage {
