@@ -329,9 +329,16 @@ def test_live_and_recorded_map_of_any_grid_are_the_same(session, tmp_path):
         "the inclusions, alike to the last bit",
     )
     surface = off_line.map.surface.mean
-    running.wait_until(lambda: clouds and clouds[-1].width == np.isfinite(surface).sum(), "cloud")
-    points = np.frombuffer(clouds[-1].data, np.float32).reshape(clouds[-1].width, -1)
-    np.testing.assert_array_equal(points[:, 3], surface[np.isfinite(surface)].astype(np.float32))
+    drawn = surface[np.isfinite(surface)].astype(np.float32)
+
+    def points() -> np.ndarray:
+        return np.frombuffer(clouds[-1].data, np.float32).reshape(clouds[-1].width, -1)
+
+    # The cloud before the last estimate has as many points.
+    running.wait_until(
+        lambda: clouds and clouds[-1].width == drawn.size and np.array_equal(points()[:, 3], drawn),
+        "the cloud, alike to the last bit",
+    )
     off_line = gather_sites(recorded, list(read_estimates(bag).values())).map()
     assert live.origin == off_line.grid.origin
     assert live.spacing == off_line.grid.spacing
