@@ -141,14 +141,25 @@ def test_a_result_that_was_passed_on_is_the_same(next_rung):
     assert passed.plus("force_bias").fit.composition.names == (EFFECT, "force_bias")
 
 
-def test_effects_of_ones_own_are_passed_on_to_who_names_their_file(challenge, tmp_path):
+def test_effects_of_ones_own_are_passed_on_with_their_file_and_without(challenge, tmp_path):
     file = tmp_path / "own.py"
     file.write_text(OWN)
     rung = tp.compare(
         challenge.first, rig="compliant_probe", effects=[file], starts="at-rest"
     ).plus("third")
-    passed = from_bytes(to_bytes(rung), [file])
-    assert passed.fit.composition.names == ("third",)
+    for named in ([file], []):
+        passed = from_bytes(to_bytes(rung), named)
+        assert passed.fit.composition.names == ("third",)
+        np.testing.assert_array_equal(passed.predict({}), rung.predict({}))
+
+
+def test_an_effect_with_a_local_function_is_passed_on_to_who_names_its_file(challenge, tmp_path):
+    file = tmp_path / "own.py"
+    file.write_text(OWN.replace("force=", "starts=lambda extent: [{}], force="))
+    rung = tp.compare(
+        challenge.first, rig="compliant_probe", effects=[file], starts="at-rest"
+    ).plus("third")
+    assert from_bytes(to_bytes(rung), [file]).fit.composition.names == ("third",)
     with pytest.raises(KeyError, match="third"):
         from_bytes(to_bytes(rung))
 

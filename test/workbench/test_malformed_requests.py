@@ -98,6 +98,9 @@ def of_another_type(path, value):
     # Forms state numbers as texts, too; and whole ones with a point.
     if path[0] in ("layout", "asked") and type(value) in (int, float):
         taken |= {str, int, float}
+    # A form states odds as a pair, too: a number and its error.
+    if "prior" in path:
+        taken |= {list}
     return JSON.filter(lambda other: type(other) not in taken)
 
 
