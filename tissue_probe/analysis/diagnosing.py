@@ -211,10 +211,12 @@ class DiagnosisResult(Alike):
 
     def draw_shape(self) -> str | None:
         """Draw the shape of the missing force as an SVG element; None where none is claimed."""
+        curve = self.found.shape and self.found.shape.curve
+        if not curve:
+            return None
         from tissue_probe.figures.shape import write_shape_picture
 
-        found = self.found.shape
-        return write_shape_picture(found.curve) if found and found.curve else None
+        return write_shape_picture(curve)
 
     def plot(self) -> Figure:
         """Draw the diagnosis on one page: where the model fails, the ranking, the ladder."""

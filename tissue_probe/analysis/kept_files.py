@@ -28,7 +28,7 @@ from tissue_probe.diagnosis.fitting.fit import Fit
 from tissue_probe.diagnosis.ranking.rules import find_added_effect
 from tissue_probe.figures.compare import Comparison
 from tissue_probe.figures.ladder import Rungs, draw_ladder
-from tissue_probe.figures.shape import draw_shape, write_shape_picture
+from tissue_probe.figures.shape import draw_shape
 from tissue_probe.figures.story import TriedEffect, draw_story
 from tissue_probe.physics.composition import Composition
 from tissue_probe.physics.fitted_model import FittedModel
@@ -218,19 +218,15 @@ def report(result: DiagnosisResult) -> Report:
         seconds=diagnosis.seconds,
         exhaustion=wording(fit_shown.exhaustion(steps)),
         output=base.output,
-        shape=_shape(diagnosis),
+        shape=_shape(result),
     )
 
 
-def _shape(diagnosis: Diagnosis) -> ReportShape | None:
-    found = diagnosis.shape
-    if found is None or found.curve is None or found.as_effect is None:
+def _shape(result: DiagnosisResult) -> ReportShape | None:
+    found, picture = result.found.shape, result.draw_shape()
+    if found is None or picture is None or found.as_effect is None:
         return None
-    return ReportShape(
-        write_shape_picture(found.curve),
-        found.fit.heldout_rmse,
-        found.as_effect.fit.heldout_rmse,
-    )
+    return ReportShape(picture, found.fit.heldout_rmse, found.as_effect.fit.heldout_rmse)
 
 
 def _signals(base: Fit, final: Fit, shown: int, name: str) -> ReportSignals:

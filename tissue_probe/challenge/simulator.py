@@ -149,8 +149,8 @@ def make_challenge(
     coil : Coil, optional
         Faults of the coil; drawn by default. A motion that was measured has none added.
     leaves : float, optional
-        What the best Kelvin-Voigt fit leaves of each effect alone, in units of the noise, larger
-        than 1, as far as the effect can; drawn by default. All else is as it is without.
+        The residual that the best Kelvin-Voigt fit leaves of each effect alone, in units of the
+        noise, larger than 1, as far as the effect can; drawn by default. All else stays the same.
 
     Raises
     ------

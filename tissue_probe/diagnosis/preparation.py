@@ -125,11 +125,11 @@ def _admit_effects(
     runs = [each.run for each in measurements if each.run]
     parts = len(runs) > len(set(runs))
     heard = all(each.input2 is not None for each in measurements)
+    asked_for = {name: each for name, each in library.items() if each.odds}
     return {
         name: each
-        for name, each in library.items()
+        for name, each in asked_for.items()
         if composition.rig.admits(each)
-        and each.odds
         and (parts or not each.of_part)
         and (heard or not each.hears_input2)
         and not (each.absolute and slowest_wave(each) > fastest_shown(measurements))

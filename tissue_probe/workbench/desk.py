@@ -5,6 +5,7 @@ Contents: the order of the steps.
 
 from __future__ import annotations
 
+import asyncio
 import time
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
@@ -372,7 +373,7 @@ class Desk:
         try:
             ranking.result = await self._do("effects are tried", "rank", arguments, hear)
             ranking.answer = ranking.result.to_dict()
-            ranking.shape = ranking.result.draw_shape()
+            ranking.shape = await asyncio.to_thread(ranking.result.draw_shape)
         except RequestRefused:
             if not ranking.told and self.ranking is ranking:
                 self.ranking = None
