@@ -31,8 +31,8 @@ FLUID_STIFFNESS = sp.Symbol("fluid_stiffness", real=True)
 DIFFUSION_RATE = sp.Symbol("diffusion_rate", positive=True)
 Kernel = tuple[tuple[float, float], ...]
 #: Weights and rates over D / a^2 of as many exponentials, of which g differs by 0.001 at most after
-#: T = 1 / 300: what is faster is the damping's. Their largest error up to the angular frequency
-#: 300 D / a^2 is the least that so many leave.
+#: T = 1 / 300: the damping stands for faster relaxation. Up to the angular frequency 300 D / a^2
+#: their largest error is the least that so many leave.
 _OF_SPHERE = (
     (0.08266, 0.11558),
     (0.168, 0.44974),
